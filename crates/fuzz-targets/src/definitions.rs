@@ -14,8 +14,8 @@ struct SentDefinitions {
     composition: Option<Composition>,
 }
 
-/// Fuzzes JSON with a verb and its application, a graph, or a composition. A refusal has a reason; an accepted verb is accepted again
-/// after a round trip through JSON.
+/// Fuzzes JSON with a verb and its application, a graph, or a composition. A refusal has a reason; a verb that went through JSON again is
+/// the same, and is accepted or refused as before.
 pub(crate) fn definitions(bytes: &[u8]) {
     let Ok(sent) = serde_json::from_slice::<SentDefinitions>(bytes) else { return };
     if let Some(graph) = &sent.graph {
@@ -31,9 +31,14 @@ fn judge(verb: &Verb, application: Option<&Application>) {
     let checked = CheckedVerb::new(verb, cell());
     let text = serde_json::to_string(verb).expect("a definition has a JSON form");
     let again: Verb = serde_json::from_str(&text).expect("what was written can be read");
+    assert_eq!(again, *verb, "{text}");
     match (&checked, CheckedVerb::new(&again, cell())) {
         (Ok(_), again) => assert!(again.is_ok(), "accepted, and refused after it went through JSON: {text}"),
-        (Err(refusals), _) => assert!(!refusals.is_empty(), "refused without a reason: {text}"),
+        (Err(refusals), Err(again)) => {
+            assert!(!refusals.is_empty(), "refused without a reason: {text}");
+            assert_eq!(format!("{refusals:?}"), format!("{again:?}"), "refused for another reason after it went through JSON: {text}");
+        }
+        (Err(refusals), Ok(_)) => panic!("refused, and accepted after it went through JSON: {refusals:?} {text}"),
     }
     if let (Ok(_), Some(application)) = (checked, application) {
         let mut cell = cell().clone();
