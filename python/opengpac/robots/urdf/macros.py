@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import signal
 import subprocess
 import sys
@@ -49,4 +50,16 @@ def expanded(file: Path, packages: Packages, line: int) -> bytes:
         why = f"it takes more than {error.timeout:g} s"
     except OSError as error:
         why = str(error)
-    refuse(DeviceFailed, f"xacro cannot expand '{file}': {why}", "run it in a terminal: xacro FILE")
+    place = f"the first macro is on line {line}{_lines_of_expression(file, why)}"
+    refuse(DeviceFailed, f"xacro cannot expand '{file}': {why}; {place}", "run it in a terminal: xacro FILE")
+
+
+def _lines_of_expression(file: Path, why: str) -> str:
+    """Returns where in a file the expression is that a message of xacro quotes without its line; empty if it quotes none."""
+    found = re.search(r"evaluating expression '([^']+)'|substitution argument (\S+)", why)
+    if found is None:
+        return ""
+    written = "${" + found[1] + "}" if found[1] else f"$(arg {found[2]})"
+    lines = [str(number) for number, line in enumerate(file.read_bytes().decode("latin-1").splitlines(), 1) if written in line]
+    return f", '{written}' is on line {' and '.join(lines[:3])}" if lines else ""
+
