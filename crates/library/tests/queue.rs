@@ -292,6 +292,15 @@ fn no_limit_is_exceeded_whatever_happens_and_a_second_run_has_the_same_bits() {
 }
 
 #[test]
+fn a_blend_that_comes_late_is_made_only_if_the_moves_before_it_can_slow_down() {
+    // In these programs the arm enters a move, at the speed from which it can stop at its end, when that end becomes a blend.
+    for seed in [17_144, 30_616] {
+        let program = Program::random(seed);
+        random_travel(&program, seed);
+    }
+}
+
+#[test]
 fn the_path_is_the_same_at_every_override_and_through_pauses_and_steps_back() {
     for seed in 1..=cases() / 10 {
         let program = Program::random(seed);

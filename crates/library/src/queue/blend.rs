@@ -129,20 +129,29 @@ impl QueuedPath {
         self.draft[k].at(s - k as f64 * each, self.joints as usize)
     }
 
-    /// Returns true if the motion can still take the blend: it is before it, and slow enough when it arrives there.
+    /// Returns true if the motion can still take the blend: it is before it, and can be slow enough when it arrives there.
     fn can_turn(&self, corner: &Corner, last: &Piece, draft: &Draft, run: &Run) -> bool {
-        if run.piece < self.end_piece - 1 {
-            return true;
-        }
+        let number = self.end_piece - 1;
         let way = last.length - corner.reach;
-        if run.s >= way {
+        if run.piece == number && run.s >= way {
             return false;
+        }
+        if run.direction < 0.0 {
+            return true;
         }
         let [first, second] = corner.limits;
         let leaving = law::reach(0.0, draft.length - corner.reach, draft.limits).min(draft.limits.speed).min(second.speed);
         let middle = law::reach(leaving, corner.reach, second).min(second.speed).min(first.speed);
-        let exit = law::reach(middle, corner.reach, first).min(first.speed).min(last.speed);
-        run.direction < 0.0 || Profile::passing(run.state(), way, exit, exit, last.limits()).is_some()
+        let mut exit = law::reach(middle, corner.reach, first).min(first.speed).min(last.speed);
+        let mut length = way;
+        // A shorter move with a blend may have to begin more slowly than the whole one with a stop.
+        for ahead in (run.piece + 1..=number).rev() {
+            let (piece, before) = (self.piece(ahead), self.piece(ahead - 1));
+            let on_it = if ahead == number { way } else { piece.length };
+            exit = if before.stops != 0 { 0.0 } else { law::reach(exit, on_it, piece.limits()).min(piece.speed).min(before.speed) };
+            length = before.length;
+        }
+        Profile::passing(run.state(), length, exit, exit, self.piece(run.piece).limits()).is_some()
     }
 }
 
