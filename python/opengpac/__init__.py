@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """OpenGPAC, a general purpose automation controller: configure real-time control programs, and change them while they run.
 
-`System` is a real-time system. `Verb` and `verb` make verbs, `Graph` a data flow graph, and `LogicalDevice` a device type; `load`
+`System` is a real-time system. `Verb` and `verb` create verbs, `Graph` a data flow graph, and `LogicalDevice` a device type; `load`
 reads them from a file. `library` contains the blocks, `drivers` the physical devices, and `robots` ready-made arms.
 """
 
@@ -27,7 +27,7 @@ elif "opengpac.driver.process" not in sys.orig_argv:
 
 
 def __getattr__(name: str) -> Any:
-    """Loads the module of a public name, or a sub-package, on first use."""
+    """Imports the module of a public name, or a sub-package, on first use."""
     public = importlib.import_module(".public", __name__)
 
     if name == "__all__":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command `opengpac doctor`: reports the real-time fitness of this machine, changes to make, and the latency of its timers."""
+"""The command `opengpac doctor`: reports the real-time capability of this machine, recommended changes, and the latency of its timers."""
 
 from __future__ import annotations
 
@@ -20,22 +20,23 @@ from .system.system import System
 _STEP_S = 0.25
 _PRIORITY = 80
 _LATE_NS = 100_000
-"""A tenth of the period: noticeable for a servo at 1 kHz."""
+"""Lateness, in ns, that is noticeable for a servo at 1 kHz: a tenth of the period."""
 _IDLE_US = 50
-"""Exit latency from which an idle state disturbs a source at 1 kHz."""
+"""Exit latency above which an idle state disturbs a source at 1 kHz."""
 _SHARED_MIN = 256 << 20
 
 
 @dataclass(frozen=True)
 class Finding:
-    """Finding about one aspect, with the change to make."""
+    """Finding about one aspect of the machine, with the recommended change."""
 
     state: Literal["ok", "better", "missing"]
-    """`missing`: a right or a feature without which sources run late; `better`: it works, and could be improved."""
+    """Severity: `missing` means a privilege or feature is missing, so that sources run late; `better` means that it works, but could be
+    improved."""
     what: str
     found: str
     change: str = ""
-    """Change to make; empty if none is needed."""
+    """Recommended change; empty if none is needed."""
 
     def __str__(self) -> str:
         line = f"{self.state:<8}{self.what:<20}{self.found}"
@@ -44,14 +45,14 @@ class Finding:
 
 @dataclass(frozen=True)
 class Latency:
-    """Lateness of a 1 ms timer relative to its releases."""
+    """Lateness of a 1 ms timer relative to its release times."""
 
     core: int | None
-    """Core of a pinned processor, whose timers sleep until shortly before a release and then spin; None for an unpinned one, which
-    sleeps."""
+    """Core of a pinned processor, whose timers sleep until shortly before a release time and then spin; None for an unpinned processor,
+    whose timers only sleep."""
     firings: int
     median_us: float
-    """Median from bins by powers of two."""
+    """Median lateness, from a histogram with bins at powers of two."""
     worst_us: float
     overruns: int
     """Number of skipped releases."""
@@ -64,14 +65,14 @@ class Latency:
 
 @dataclass(frozen=True)
 class Examination:
-    """Examination of a machine by `opengpac doctor`."""
+    """Results of `opengpac doctor` for a machine."""
 
     findings: tuple[Finding, ...]
     latencies: tuple[Latency, ...] = ()
 
     @property
     def fit(self) -> bool:
-        """True if nothing is missing."""
+        """True if no finding is `missing`."""
         return all(finding.state != "missing" for finding in self.findings)
 
     def __str__(self) -> str:
@@ -86,9 +87,9 @@ class Examination:
 
 def examine(seconds: float = 2.0, root: str | Path = "/", tell: Callable[[str], None] | None = None) -> Examination:
     """Inspects the machine, and measures the lateness of its timers for `seconds`: one on each core that this process may use, then an
-    unpinned one for the same time. With 0 it measures nothing, and reports nothing about rights.
+    unpinned one for the same time. If `seconds` is 0, measures nothing and reports nothing about privileges.
 
-    `root`: location of `/proc` and `/sys`. `tell` receives a line of progress from time to time.
+    `root` is the location of `/proc` and `/sys`. `tell` is called periodically with a progress message.
     >>> print(examine(seconds=0).findings[0].what)
     kernel
     """
@@ -110,7 +111,7 @@ def examine(seconds: float = 2.0, root: str | Path = "/", tell: Callable[[str], 
 
 
 def _looked_at(root: Path) -> Iterator[Finding]:
-    """Yields the findings from the operating system's own information; none if it is unavailable."""
+    """Yields the findings based on information from the operating system; none if it is unavailable."""
     cpus = root / "sys/devices/system/cpu"
     yield _kernel(root)
     yield from _governors(cpus)
@@ -227,7 +228,7 @@ def _virtual_machine(root: Path) -> Iterator[Finding]:
 
 
 def _measured(seconds: float, tell: Callable[[str], None]) -> tuple[list[Latency], list[str]]:
-    """Measures a timer on each core, all at once, then an unpinned one; also returns the rights that were refused."""
+    """Measures a timer on each core, all at once, then an unpinned one; also returns the privileges that were denied."""
     cores: list[int | None] = [*sorted(os.sched_getaffinity(0))]
     latencies: list[Latency] = []
     missing: dict[str, None] = {}

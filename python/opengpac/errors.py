@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """One exception class for each kind of refusal, and `Terminated` for a verb with an abnormal end.
 
-Every class derives from `Error`. A message is in lower case, names both ends, states the next step if there is one, and ends with the
-place in your program: `at FILE:LINE`.
+Every class derives from `Error`. A message is in lower case, names both ends, gives the next step if there is one, and ends with the
+location in the user's program: `at FILE:LINE`.
 """
 
 from __future__ import annotations
@@ -18,15 +18,15 @@ from .refusals.tracebacks import ShortTraceback
 
 
 class End(NamedTuple):
-    """One of the ends that a refusal concerns."""
+    """One of the objects involved in a refusal."""
 
     what: str
     place: Place | None
 
 
 class Error(ShortTraceback):
-    """Refusal by OpenGPAC. `message`, `remedy`, `ends`, `place` (file and line in your program) describe the error, its cause and its
-    location.
+    """Refusal by OpenGPAC. `message`, `remedy`, `ends` and `place` (file and line in the user's program) describe the error, its remedy,
+    the objects involved and its location.
 
     `where` contains the parts of a definition concerned, for editors: `{"block": "filter", "port": "u"}`.
     """
@@ -44,7 +44,7 @@ class Error(ShortTraceback):
 
     @property
     def file(self) -> str | None:
-        """File of your program that the error concerns."""
+        """File of the user's program that the error concerns."""
         return self.place.file if self.place else None
 
     @property
@@ -58,15 +58,15 @@ class Error(ShortTraceback):
 
 
 class DefinitionError(Error):
-    """A word, number or structure that cannot be parsed, or a definition that does not have the right form."""
+    """A word, number or structure cannot be parsed, or a definition has the wrong structure."""
 
 
 class CompositionConflict(DefinitionError):
-    """Parts of a composed verb that do not fit together; the message names both and the remedy."""
+    """Parts of a composed verb conflict; the message names both parts and the remedy."""
 
 
 class UnknownName(Error, LookupError, AttributeError):
-    """No block, port, list, condition, parameter, source or device has that name."""
+    """No block, port, list, condition, parameter, source or device with that name exists."""
 
 
 class TypeMismatch(Error):
@@ -74,43 +74,43 @@ class TypeMismatch(Error):
 
 
 class UnitMismatch(Error):
-    """Two ends of a binding have different units, or a quantity has another dimension."""
+    """Two ends of a binding have different units, or a quantity has the wrong dimension."""
 
 
 class CoverError(Error):
-    """A data node that is covered by no parameter or by two."""
+    """A data node is not covered by any parameter, or is covered by two."""
 
 
 class SecondWriter(Error):
-    """A second writer of an SVV or channel; the message names the holder."""
+    """An SVV or channel would have a second writer; the message names the holder."""
 
 
 class SchedulingError(Error):
-    """Modes, rates, intervals or triggers that are infeasible."""
+    """Modes, rates, intervals or triggers are infeasible."""
 
 
 class SynchronousCycle(SchedulingError):
-    """A cycle of synchronous ports: none of its blocks can run first."""
+    """Synchronous ports form a cycle, so that none of the blocks in it can run first."""
 
 
 class PlacementError(Error):
-    """No interrupt source, two equal candidates, or a device on another processor."""
+    """A placement is impossible or ambiguous: no interrupt source, two equal candidates, or a device on another processor."""
 
 
 class ValueRefused(Error, ValueError):
-    """A value that does not fit its type, unit or range."""
+    """A value violates its type, unit or range."""
 
 
 class OutOfRange(ValueRefused):
-    """A value outside its declared range; the message names the device, the value and the range."""
+    """A value is outside its declared range; the message names the device, the value and the range."""
 
 
 class NotHomed(Error):
-    """A motion to a position of a joint that has not been homed: run `gpac.motion.home` first."""
+    """A move to a position needs a joint that has not been homed: run `gpac.motion.home` first."""
 
 
 class CallError(Error, TypeError):
-    """Wrong arguments of a call."""
+    """The arguments of a call are wrong."""
 
 
 class NotEnabled(Error):
@@ -118,15 +118,15 @@ class NotEnabled(Error):
 
 
 class InvalidState(Error):
-    """A call that the state of an instance, device or system does not allow. It has changed nothing."""
+    """A call is not allowed in the current state of an instance, device or system; it has changed nothing."""
 
 
 class ModuleError(Error):
-    """A code module that cannot be built or loaded."""
+    """A code module cannot be built or loaded."""
 
 
 class DeviceFailed(Error):
-    """A physical device that cannot be opened or has stopped answering."""
+    """A physical device cannot be opened, or has stopped answering."""
 
 
 class EmergencyStopped(Error):
@@ -134,11 +134,11 @@ class EmergencyStopped(Error):
 
 
 class InUse(Error):
-    """The name exists and is in use."""
+    """The name is taken, or the object is in use."""
 
 
 class InstallationErrors(Error):
-    """Several simultaneous errors: `.errors` contains all of them, each of its own class."""
+    """Several errors at once: `.errors` contains all of them, each with its own class."""
 
     def __init__(self, errors: Sequence[Error]) -> None:
         self.errors = list(errors)
@@ -150,11 +150,11 @@ class InstallationErrors(Error):
 
 
 class FileFailed(Error):
-    """A file of taught points or of a restart that cannot be read, written or used. The file is unchanged."""
+    """A points file or restart file cannot be read, written or used. The file is unchanged."""
 
 
 class Unreachable(Error):
-    """A pose that an arm cannot reach, or a path that it cannot follow: out of reach, outside a joint's range, or through a singularity."""
+    """An arm cannot reach a pose or follow a path because it is out of reach, outside a joint's range, or leads through a singularity."""
 
 
 class ConnectionLost(Error, ConnectionError):
@@ -162,7 +162,7 @@ class ConnectionLost(Error, ConnectionError):
 
 
 class NotCommanding(Error):
-    """Another session commands the system; the message names it. Any session may watch."""
+    """The system is under the command of another session, which the message names. Any session may watch."""
 
 
 class SessionLost(ConnectionLost):
@@ -174,19 +174,19 @@ class VersionMismatch(Error):
 
 
 class LimitExceeded(Error):
-    """A request that is too large, or too many requests."""
+    """A request is too large, or too many requests are pending."""
 
 
 class AuditFailed(Error):
-    """The remote system cannot write its audit log, and accepts no changes until it can."""
+    """The remote system cannot write its audit log, and refuses changes until it can."""
 
 
 class NotAllowed(Error, PermissionError):
-    """The remote system denies permission: no token, a wrong one, or one of a lesser role."""
+    """The remote system denies permission: the token is missing or wrong, or its role lacks the permission."""
 
 
 class Terminated(Error):
-    """A verb instance ended by a condition that is not normal. Derive from it to give a condition an exception of its own.
+    """A verb instance ended with a condition that is not normal. Derive from this class to give a condition its own exception.
 
     `verb`, `instance`, `condition`, `command_list`, `block`, `time` (s), `value`, `outputs`, `others` and `report` describe the end;
     `objects` are the logical devices to which the verb was applied, by name.
@@ -209,26 +209,26 @@ class Terminated(Error):
         return _again, (type(self), self.args, {**self.__dict__, "objects": {}})
 
     def explanation(self) -> str:
-        """Returns the meaning of the condition, for the end of the message; derived classes may override it."""
+        """Returns the explanation of the condition, which ends the message; derived classes may override it."""
         return ""
 
 
 class TimeLost(Terminated):
-    """A gap in time exceeded the joints' `max_gap`: releases were skipped. The joints have braked to rest from their positions.
+    """Time was lost: releases were skipped for longer than the joints' `max_gap`. The joints have braked to rest from their positions.
 
     `value` is the lost time, s.
     """
 
 
 def _again(kind: type[Error], args: tuple[Any, ...], state: Mapping[str, Any]) -> Error:
-    """Restores an error that was pickled or copied."""
+    """Restores an error when it is unpickled or copied."""
     error = kind.__new__(kind, *args)
     error.__dict__.update(state)
     return error
 
 
 def gone(error: Error) -> str:
-    """Returns the reason that an object cannot show its present state: for its `repr`, which never raises."""
+    """Returns the reason why an object cannot show its current state, for use in its `repr`, which never raises."""
     return "deleted" if isinstance(error, UnknownName) else error.message
 
 
@@ -251,7 +251,8 @@ def _place(given: Mapping[str, Any] | None) -> Place | None:
 
 
 def from_refusals(text: str) -> Error:
-    """Returns the exception for the refusals of one call: its own class for one, `InstallationErrors` for several."""
+    """Returns the exception for the refusals of one call: for a single refusal an exception of its own class, for several
+    `InstallationErrors`."""
     errors = [_from_refusal(refusal) for refusal in json.loads(text)]
     for error in errors:
         _locate(error)
@@ -259,8 +260,8 @@ def from_refusals(text: str) -> Error:
 
 
 def _locate(error: Error) -> None:
-    """Sets an error's place to the line of the user's program. If a definition of this package is refused, that is the line that uses
-    it, and the definition becomes one of the ends."""
+    """Locates an error at the line of the user's program. If a definition of this package is refused, that is the line that uses it, and
+    the definition is added to the ends."""
     if error.place is None:
         error.place = here()
     elif packaged(error.place) and not packaged(line := here()):
@@ -279,7 +280,8 @@ _BOTH: dict[type[Error], type[InstallationErrors]] = {}
 
 
 def several(errors: Sequence[Error]) -> InstallationErrors:
-    """Returns several errors as one, of their common class too, so that `except NotEnabled` catches an arm of six joints."""
+    """Combines several errors into one that also derives from their common class, so that `except NotEnabled` works for an arm of six
+    joints."""
     kinds = {type(error) for error in errors}
     if len(kinds) != 1 or Error in kinds:
         return InstallationErrors(errors)
@@ -290,7 +292,7 @@ def several(errors: Sequence[Error]) -> InstallationErrors:
 
 
 class _Refusals:
-    """`with refusals:` converts refusals by the real-time system into exceptions of their classes."""
+    """Context manager `with refusals:` that converts refusals by the real-time system into exceptions of their classes."""
 
     def __enter__(self) -> None:
         return None
@@ -321,7 +323,7 @@ _WORDS = {
 
 
 def _unfit(error: Exception) -> str:
-    """Returns the reason, in words, that an argument does not fit a call of the real-time system."""
+    """Returns the reason why an argument does not match a call of the real-time system."""
     text = str(error)
     if isinstance(error, OverflowError):
         return "a number is out of the range of the call"
@@ -337,11 +339,12 @@ def _unfit(error: Exception) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Returns `did you mean 'near'?` with the name of `known` closest to `word`, else the known names (at most eight), else nothing."""
+    """Returns `did you mean 'near'?` with the name in `known` closest to `word`; otherwise the known names (at most eight), or an empty
+    text."""
     # Half of a surrogate pair resembles nothing, and the core does not accept it.
     return _native.did_you_mean(str(word).encode(errors="replace").decode(), [str(name) for name in known])
 
 
 def refuse(kind: type[Error], message: str, remedy: str = "") -> NoReturn:
-    """Raises `kind` with the place in the user's program that made the call."""
+    """Raises `kind` with the location of the call in the user's program."""
     raise kind(message, remedy=remedy, place=here()) from None

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Public names of the package, and the modules that define them.
 
-`import opengpac` loads none of these modules: each is loaded when one of its names is first used, so that the start-up time depends
+`import opengpac` loads none of these modules: each is imported when one of its names is first used, so that the start-up time depends
 only on the modules in use. The imports below are for editors and pyright; `tests/python/test_imports.py` compares them with the
 table.
 """
@@ -126,7 +126,7 @@ HOMES = {
     "values.frames": "Frame Pose",
     "values.quantities": "Quantity deg",
 }
-"""Module of each public name; a public sub-package stands for itself."""
+"""Module of each public name; a public sub-package maps to itself."""
 
 __all__ = [
     "SVV", "AuditFailed", "Block", "BlockUse", "CallError", "CasadiBlock", "Channel", "Command", "ComposedVerb", "CompositionConflict",

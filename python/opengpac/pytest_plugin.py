@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fixtures for tests of programs: `cell` is a system under the virtual clock, closed at the end; `real_cell` runs in real time.
-Tracebacks of refusals are cut at the test's own line."""
+"""Fixtures for tests of programs: `cell` is a system under the virtual clock, `real_cell` one in real time; both are closed at the end
+of the test. Tracebacks of refusals are cut at the test's own line."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[Any]) -> None:
-    """Cuts the traceback of a refusal at the test's own line; with `--full-trace` or `OPENGPAC_TRACEBACK=full` it is unchanged."""
+    """Cuts the traceback of a refusal at the test's own line, unless `--full-trace` or `OPENGPAC_TRACEBACK=full` is set."""
     from .errors import Error
     from .refusals.tracebacks import shorten
 

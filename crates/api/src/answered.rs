@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Result of a call. A lasting call runs slice by slice, so that the caller can be interrupted, and names the call that continues it.
+//! Result of a call. A lasting call runs in slices, so that the caller can be interrupted, and returns the call that continues it.
 use crate::wrong_form;
 use model::refusal::Refusals;
 use serde::Serialize;
 use serde_json::Value as Json;
 
-/// Result of a call; a value as JSON, or as JSON text.
+/// Result of a call: a JSON value, or JSON text.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CallResult<O = Json> {
-    /// The call is complete, with this result.
+    /// The call is complete and has this result.
     Done(O),
-    /// The slice has expired: the call continues with this call and these arguments.
+    /// The slice has expired; this call, with these arguments, continues it.
     Waiting { call: &'static str, arguments: Json },
 }
 
 /// Result of the body of a call.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome<T> {
-    /// The call is complete, with this answer.
+    /// The call is complete and has this answer.
     Done(T),
-    /// The slice has expired: the call continues with this call and these arguments.
+    /// The slice has expired; this call, with these arguments, continues it.
     GoesOn { call: &'static str, arguments: Json },
 }
 
@@ -30,7 +30,7 @@ impl<T> From<T> for Outcome<T> {
 }
 
 impl<T: Serialize> Outcome<T> {
-    /// Returns the answer in the requested form.
+    /// Returns the answer in the requested representation.
     #[doc(hidden)]
     pub fn answered<O: Form>(self) -> Result<CallResult<O>, Refusals> {
         Ok(match self {
@@ -40,7 +40,7 @@ impl<T: Serialize> Outcome<T> {
     }
 }
 
-/// A form of an answer.
+/// Representation of an answer.
 #[doc(hidden)]
 pub trait Form: Sized {
     fn of(answer: impl Serialize) -> Result<Self, Refusals>;

@@ -4,7 +4,8 @@ use model::refusal::{Class, Refusal, Refusals};
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value as Json};
 
-/// Parses arguments directly into their type; returns `None` if they do not have that form: [`CallArguments`] then reports the mistake.
+/// Parses arguments directly into their type; returns `None` if they do not match it, in which case [`CallArguments`] reports the
+/// mistake.
 #[doc(hidden)]
 pub fn quick<T: DeserializeOwned>(text: &str) -> Option<T> {
     let text = text.trim_ascii_start();
@@ -13,7 +14,7 @@ pub fn quick<T: DeserializeOwned>(text: &str) -> Option<T> {
     if object.starts_with('{') { serde_json::from_str(object).ok() } else { None }
 }
 
-/// Arguments of a call, taken one by one; remaining ones are refused.
+/// Arguments of a call, taken one at a time; any that remain are refused.
 #[doc(hidden)]
 pub struct CallArguments {
     call: &'static str,
@@ -21,7 +22,7 @@ pub struct CallArguments {
 }
 
 impl CallArguments {
-    /// Parses the arguments of one call from JSON text; an empty text means none.
+    /// Parses the arguments of one call from JSON text; an empty text means that there are none.
     pub fn of(call: &'static str, text: &str) -> Result<CallArguments, Refusals> {
         let given = if text.trim().is_empty() { Map::new() } else { crate::from_json(text)? };
         Ok(CallArguments { call, given })
@@ -52,7 +53,7 @@ impl CallArguments {
         })
     }
 
-    /// Refuses arguments that were not taken.
+    /// Refuses any arguments that were not taken.
     pub fn none_left(&self) -> Result<(), Refusals> {
         match self.given.keys().next() {
             None => Ok(()),
@@ -61,13 +62,13 @@ impl CallArguments {
     }
 }
 
-/// Returns the class of refusal of a value that could not be read: an integer that its type cannot hold has the right form, but is out of
-/// range.
+/// Returns the class of refusal for a value that could not be parsed: an integer that does not fit into its type is well-formed, but out
+/// of range.
 fn class_of(why: &str) -> Class {
     if why.starts_with("invalid value: integer") { Class::OutOfRange } else { Class::CallError }
 }
 
-/// Returns the value of one argument as text: a text itself, or a number in digits. `None` if it is missing or of another type.
+/// Returns the value of one argument as text: a string unchanged, a number as digits. `None` if it is missing or has another type.
 pub(crate) fn peek(text: &str, name: &str) -> Option<String> {
     struct Peeking<'a>(&'a str);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Declaration and execution of a call.
+//! Declaration and execution of calls.
 use crate::answered::CallResult;
 use crate::arguments::peek;
 use crate::calls::find;
@@ -14,7 +14,7 @@ use supervisor::{CommandSubject, ProgramCommand, System};
 
 /// Time for which a wait sleeps before it checks its deadline again.
 const SLICE: Duration = Duration::from_millis(50);
-/// Argument with the number of an instance.
+/// Argument that contains the number of an instance.
 const INSTANCE: &str = "instance";
 
 type Run<O> = fn(&System, &str, Duration) -> Result<CallResult<O>, Refusals>;
@@ -24,46 +24,46 @@ type SchemaOf = fn(&mut SchemaGenerator) -> Schema;
 #[derive(Clone, Copy)]
 pub struct Call {
     pub name: &'static str,
-    /// Subject of the call, the heading that it is listed under.
+    /// Subject of the call, that is, the heading under which it is listed.
     pub subject: &'static str,
-    /// Description of its action and result, for people, line by line.
+    /// Human-readable description of the call's action and result, line by line.
     pub words: &'static [&'static str],
     /// Minimum role required.
     pub role: Role,
-    /// Argument that names the commanded object; empty for the whole system. `None` if the call does not command.
+    /// Argument that names the object to command; empty for the whole system. `None` if the call is not a command.
     pub commands: Option<&'static str>,
-    /// True if the call is logged even when the program that holds the system makes it.
+    /// True if the call is logged even if it is made by the program that owns the system.
     pub told: bool,
-    /// True if that log entry is about the system, not about the argument.
+    /// True if the log entry of the call refers to the system, not to the argument of the call.
     pub told_of_system: bool,
     pub journal: JournalRule,
     pub effect: Effect,
-    /// Argument with the name that the call defines; the last definition of a name counts.
+    /// Argument that contains the name that the call defines; the last definition of a name counts.
     pub defines: Option<&'static str>,
     /// Argument that a driver interprets.
     pub for_driver: Option<DriverArgument>,
     pub records: RecordArguments,
-    /// True if the call lasts, and continues in slices.
+    /// True if the call may take long and continues in slices.
     pub lasts: bool,
     /// True if the call, or the first slice of a lasting call, completes within microseconds: it uses no file, device or compiler.
     pub brief: bool,
-    /// True if the call stops something: it is not queued behind other calls.
+    /// True if the call stops something, in which case it is not queued behind other calls.
     pub stops: bool,
-    /// True if the call stops everything: a thread is reserved for it, and the number of such calls is not limited.
+    /// True if the call stops everything, in which case a thread is reserved for it, and the number of such calls is not limited.
     pub stops_all: bool,
-    /// True if a machine may begin to move: such a call with a time stamp is refused if it arrives late.
+    /// True if the call may start a machine moving. If such a call has a time stamp, it is refused if it arrives late.
     pub moves: bool,
-    /// True if the call does not require command of the system: the role is enough.
+    /// True if the call does not require command of the system; the role is sufficient.
     pub free: bool,
     /// Argument that the control interface sets to the caller, overriding any value passed.
     pub signed: Option<&'static str>,
-    /// True if the call takes long to compute, or its answer is long.
+    /// True if the call takes long to compute, or if its answer is long.
     pub costs: bool,
-    /// True if the call refers to files of this host: from another host a different call is used.
+    /// True if the call refers to files on this host; from another host, a different call is used.
     pub local: bool,
-    /// True if the call transfers bytes at a high rate: the programming system has a separate path for that.
+    /// True if the call transfers bytes at a high rate, for which the programming system has a separate path.
     pub rated: bool,
-    /// Argument that consists of all remaining members of the object, with its schema.
+    /// Argument that consists of all remaining members of the object, and its schema.
     pub whole: Option<(&'static str, SchemaOf)>,
     named: SchemaOf,
     answer: SchemaOf,
@@ -77,9 +77,9 @@ impl std::fmt::Debug for Call {
     }
 }
 
-/// Properties of a call, as declared after its answer.
+/// Methods that declare properties of a call, used after its answer.
 impl Call {
-    /// Makes a call without any of these properties.
+    /// Creates a call without any of these properties.
     #[doc(hidden)]
     pub const fn of(
         (name, subject, words): (&'static str, &'static str, &'static [&'static str]),
@@ -129,22 +129,22 @@ impl Call {
         Call { whole: Some((name, of)), ..self }
     }
 
-    /// Declares that the call commands the object named by this argument. An empty argument means the whole system.
+    /// Declares that the call commands the object named by this argument. An empty argument stands for the whole system.
     pub const fn commands(self, about: &'static str) -> Call {
         Call { commands: Some(about), ..self }
     }
 
-    /// Declares that the call is logged even when the program that holds the system makes it.
+    /// Declares that the call is logged even if it is made by the program that owns the system.
     pub const fn told(self) -> Call {
         Call { told: true, ..self }
     }
 
-    /// Declares that the call is logged, as about the system, even when the program that holds the system makes it.
+    /// Declares that the call is logged, with the system as its subject, even if it is made by the program that owns the system.
     pub const fn told_of_system(self) -> Call {
         Call { told: true, told_of_system: true, ..self }
     }
 
-    /// Declares that the call lasts, and continues in slices.
+    /// Declares that the call may take long and continues in slices.
     pub const fn lasts(self) -> Call {
         Call { lasts: true, ..self }
     }
@@ -154,12 +154,12 @@ impl Call {
         Call { brief: true, ..self }
     }
 
-    /// Declares that the call stops something: it is not queued behind other calls.
+    /// Declares that the call stops something, so that it is not queued behind other calls.
     pub const fn stops(self) -> Call {
         Call { stops: true, ..self }
     }
 
-    /// Declares that the call stops everything: no other call precedes it.
+    /// Declares that the call stops everything, so that no other call takes precedence over it.
     pub const fn stops_all(self) -> Call {
         Call { stops: true, stops_all: true, ..self }
     }
@@ -169,7 +169,7 @@ impl Call {
         Call { effect, ..self }
     }
 
-    /// Declares that the call defines the name in this argument: the last definition of a name counts.
+    /// Declares that the call defines the name in this argument; the last definition of a name counts.
     pub const fn defines(self, name: &'static str) -> Call {
         Call { defines: Some(name), ..self }
     }
@@ -179,7 +179,7 @@ impl Call {
         Call { for_driver: Some(argument), ..self }
     }
 
-    /// Declares that this argument is the path of a recording; over the control interface it is a name in the daemon's folder.
+    /// Declares that this argument is the path of a recording; over the control interface, it is a name in the daemon's folder.
     pub const fn record_path(self, argument: &'static str) -> Call {
         Call { records: RecordArguments { path: Some(argument), ..self.records }, ..self }
     }
@@ -194,12 +194,12 @@ impl Call {
         Call { records: RecordArguments { folder: Some(argument), ..self.records }, ..self }
     }
 
-    /// Makes the control interface set this argument to the digests of code that the daemon trusts.
+    /// Makes the control interface set this argument to the digests of the code that the daemon trusts.
     pub const fn trusts(self, argument: &'static str) -> Call {
         Call { records: RecordArguments { trust: Some(argument), ..self.records }, ..self }
     }
 
-    /// Declares that a machine may begin to move.
+    /// Declares that the call may start a machine moving.
     pub const fn moves(self) -> Call {
         Call { moves: true, ..self }
     }
@@ -214,12 +214,12 @@ impl Call {
         Call { signed: Some(by), ..self }
     }
 
-    /// Declares that the call takes long to compute, or that its answer is long.
+    /// Declares that the call takes long to compute or that its answer is long.
     pub const fn costs(self) -> Call {
         Call { costs: true, ..self }
     }
 
-    /// Declares that the call refers to files of this host.
+    /// Declares that the call refers to files on this host.
     pub const fn local(self) -> Call {
         Call { local: true, ..self }
     }
@@ -229,22 +229,22 @@ impl Call {
         Call { rated: true, ..self }
     }
 
-    /// Declares that a journal records the call although it does not configure.
+    /// Declares that a journal records the call although it does not configure the system.
     pub const fn journalled(self) -> Call {
         Call { journal: JournalRule { recorded: JournalEntry::Call, ..self.journal }, ..self }
     }
 
-    /// Declares that a journal records the outcome of the call for running instances.
+    /// Declares that a journal records the effect of the call on running instances.
     pub const fn outcome_journalled(self) -> Call {
         Call { journal: JournalRule { recorded: JournalEntry::Outcome, ..self.journal }, ..self }
     }
 
-    /// Declares that a journal does not record the call although it configures.
+    /// Declares that a journal does not record the call although it configures the system.
     pub const fn unjournalled(self) -> Call {
         Call { journal: JournalRule { recorded: JournalEntry::Nothing, ..self.journal }, ..self }
     }
 
-    /// Declares that in a journal only the last call with the same values of these arguments counts.
+    /// Declares that only the last call with the same values of these arguments counts in a journal.
     pub const fn replaces(self, of: &'static [&'static str]) -> Call {
         Call { journal: JournalRule { replaces: Some(of), ..self.journal }, ..self }
     }
@@ -254,7 +254,8 @@ impl Call {
         Call { journal: JournalRule { goes_with: Some((deletes, by)), ..self.journal }, ..self }
     }
 
-    /// Declares that the daemon starts no verb instance if replaying this call from the journal fails, because a safeguard may be missing.
+    /// Declares that the daemon does not start any verb instances if replaying this call from the journal fails, because a safeguard may
+    /// be missing.
     pub const fn watches(self) -> Call {
         Call { journal: JournalRule { watches: true, ..self.journal }, ..self }
     }
@@ -266,17 +267,18 @@ impl Call {
 }
 
 impl Call {
-    /// Returns the required role: a call that advances the virtual clock is more than an observation.
+    /// Returns the required role. It is at least `operate` for a lasting call under the virtual clock, because such a call may advance
+    /// the clock.
     pub fn role_under(&self, is_virtual: bool) -> Role {
         if is_virtual && self.lasts { self.role.max(Role::Operate) } else { self.role }
     }
 
-    /// Returns the description of its action and result, for people, on one line.
+    /// Returns the human-readable description of the call's action and result, on one line.
     pub fn words(&self) -> String {
         self.words.iter().map(|line| line.trim()).collect::<Vec<_>>().join(" ")
     }
 
-    /// Returns the schema of its named arguments, an object.
+    /// Returns the schema of the call's named arguments, which form an object.
     pub fn named_schema(&self, generator: &mut SchemaGenerator) -> Schema {
         (self.named)(generator)
     }
@@ -286,7 +288,7 @@ impl Call {
         self.whole.map(|(_, of)| of(generator))
     }
 
-    /// Returns the schema of its answer.
+    /// Returns the schema of the call's answer.
     pub fn answer_schema(&self, generator: &mut SchemaGenerator) -> Schema {
         (self.answer)(generator)
     }
@@ -300,7 +302,7 @@ impl Call {
         properties.into_iter().map(of).collect()
     }
 
-    /// Returns the object of a commanding call: an instance, a device, an SVV, or `system`. `None` if the call only observes or waits.
+    /// Returns the object that a call commands: an instance, a device, an SVV, or `system`. `None` if the call only observes or waits.
     pub fn about(&self, system: &System, arguments: &Map<String, Json>) -> Option<String> {
         let argument = self.commands?;
         Some(match arguments.get(argument) {
@@ -310,12 +312,12 @@ impl Call {
         })
     }
 
-    /// Begins the call; it answers within `slice` of real time.
+    /// Begins the call, which answers within `slice` of real time.
     pub fn begin(&self, system: &System, arguments: &str, slice: Duration) -> Result<CallResult, Refusals> {
         (self.run)(system, arguments, slice)
     }
 
-    /// Begins the call as the program that holds the system: commands are logged. The answer is text.
+    /// Begins the call on behalf of the program that owns the system; commands are logged. The answer is text.
     pub fn begin_as_program(&self, system: &System, arguments: &str, slice: Duration) -> Result<CallResult<String>, Refusals> {
         let run = || (self.tell)(system, arguments, slice);
         let Some(about) = self.commands.filter(|_| self.told) else { return run() };
@@ -331,7 +333,7 @@ impl Call {
         system.as_program(&self.command(subject), run)
     }
 
-    /// Makes the log entry of this call, about a subject, for a call by the program.
+    /// Creates the log entry for this call, with a subject, if the program makes the call.
     pub(crate) fn command<'a>(&self, subject: CommandSubject<'a>) -> ProgramCommand<'a> {
         ProgramCommand { call: self.name, subject, stops: self.stops }
     }
@@ -347,9 +349,9 @@ impl Call {
 pub struct Argument {
     pub name: String,
     pub required: bool,
-    /// Description of the argument, for people.
+    /// Human-readable description of the argument.
     pub words: String,
-    /// The JSON Schema of its type.
+    /// JSON Schema of the argument's type.
     pub schema: Json,
 }
 
@@ -357,10 +359,10 @@ fn words(schema: &Json) -> String {
     schema["description"].as_str().unwrap_or("").replace('\n', " ")
 }
 
-/// Executes one call. `arguments`: JSON text of an object, empty for none; the result is JSON.
+/// Executes a call. `arguments` is the JSON text of an object, or empty for none; the result is JSON.
 ///
-/// The header `opengpac_ps.h` lists the calls and their arguments. Waiting calls return when the awaited event has occurred, or when
-/// their `timeout_ns` has passed on the system's clock; under the virtual clock they advance time. Errors are the refusals of the
+/// The header `opengpac_ps.h` lists the calls and their arguments. Calls that wait return when the awaited event has occurred, or when
+/// their `timeout_ns` has elapsed on the system's clock; under the virtual clock they advance time. Errors are the refusals of the
 /// supervisor, and `CallError` for an unknown call or argument.
 pub fn call(system: &System, name: &str, arguments: &str) -> Result<Json, Refusals> {
     let mut answered = begin(system, name, arguments, SLICE)?;
@@ -372,18 +374,18 @@ pub fn call(system: &System, name: &str, arguments: &str) -> Result<Json, Refusa
     }
 }
 
-/// Begins a call as [`call`] does, but a lasting call answers within `slice` of real time, with the call that continues it.
+/// Begins a call as [`call`] does; a lasting call answers within `slice` of real time, with the call that continues it.
 pub fn begin(system: &System, name: &str, arguments: &str, slice: Duration) -> Result<CallResult, Refusals> {
     known(name)?.begin(system, arguments, slice)
 }
 
-/// Returns the call with that name. Fails if it does not exist.
+/// Returns the call with this name. Fails if it does not exist.
 pub fn known(name: &str) -> Result<&'static Call, Refusals> {
     let none = || vec![Refusal::new(Class::CallError, format!("there is no call '{name}'")).remedy("check the list in opengpac_ps.h")];
     find(name).ok_or_else(none)
 }
 
-/// Returns the object of a commanding call: an instance, a device, an SVV, or `system`. `None` if the call only observes or waits.
+/// Returns the object that a call commands: an instance, a device, an SVV, or `system`. `None` if the call only observes or waits.
 pub fn commanded(system: &System, call: &str, arguments: &Map<String, Json>) -> Option<String> {
     find(call)?.about(system, arguments)
 }

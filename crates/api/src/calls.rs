@@ -47,7 +47,7 @@ static BY_NAME: LazyLock<HashMap<&str, &Call>> = LazyLock::new(|| SUBJECTS.into_
 /// First call with each effect.
 static BY_EFFECT: LazyLock<HashMap<Effect, &Call>> = LazyLock::new(|| SUBJECTS.into_iter().flatten().rev().map(|call| (call.effect, call)).collect());
 
-/// Calls of a program that is based on this crate.
+/// Calls added by a program that builds on this crate.
 static MORE: OnceLock<&[Call]> = OnceLock::new();
 
 /// Returns the calls in listing order.
@@ -55,23 +55,23 @@ pub fn calls() -> impl Iterator<Item = &'static Call> {
     SUBJECTS.into_iter().chain(MORE.get().copied()).flatten()
 }
 
-/// Returns the call with that name.
+/// Returns the call with this name.
 pub fn find(name: &str) -> Option<&'static Call> {
     BY_NAME.get(name).copied().or_else(|| MORE.get()?.iter().find(|call| call.name == name))
 }
 
-/// Returns the call of this crate that has this effect, the first one if several have.
+/// Returns the call of this crate that has this effect; the first one if there are several.
 ///
 /// # Panics
-/// If no call has it.
+/// Panics if no call has this effect.
 pub fn with_effect(effect: Effect) -> &'static Call {
     BY_EFFECT.get(&effect).expect("each effect is that of a call of this crate")
 }
 
-/// Adds calls declared outside this crate. Must be called once per process, before anything is served.
+/// Adds calls declared outside this crate. Must be called only once per process, before anything is served.
 ///
 /// # Panics
-/// If calls were added before, or if a name already exists.
+/// Panics if calls were added before, or if a name already exists.
 pub fn add(more: &'static [Call]) {
     for call in more {
         assert!(!BY_NAME.contains_key(call.name), "there is already a call '{}'", call.name);

@@ -41,7 +41,7 @@ macro_rules! calls {
     };
 }
 
-/// Declares one call of [`calls!`]: takes its arguments one by one, then makes its [`Call`](crate::Call) from them.
+/// Declares one call of [`calls!`]: takes its arguments one at a time, then creates its [`Call`](crate::Call) from them.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! declared_call {
@@ -96,8 +96,8 @@ macro_rules! declared_call {
     }};
 }
 
-/// Parses arguments directly into their types if they are correct. Otherwise the slow path finds the message; it is also used for a
-/// `whole` argument next to named ones.
+/// Parses arguments directly into their types if they are correct. Otherwise the slow path determines the message; it is also used for a
+/// `whole` argument in addition to named ones.
 #[doc(hidden)]
 #[macro_export]
 macro_rules! quick_arguments {

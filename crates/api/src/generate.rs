@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Generates the checked-in texts that depend on the declarations: the list in the C header, the documentation page, the Python methods.
-//! A test of this crate reports stale ones, and rewrites them if `OPENGPAC_WRITE_SCHEMAS` is set.
+//! A test of this crate reports outdated ones, and rewrites them if `OPENGPAC_WRITE_SCHEMAS` is set.
 mod header;
 mod page;
 mod python;
@@ -34,7 +34,7 @@ fn word(schema: &Json) -> String {
     }
 }
 
-/// Describes the answer of a call in a word or two; `None` if there is none.
+/// Describes the answer of a call in a word or two; `None` if the call has no answer.
 fn answer(call: &Call) -> Option<String> {
     Some(word(&Json::from(call.answer_schema(&mut SchemaGenerator::default())))).filter(|word| word != "null")
 }
@@ -45,14 +45,14 @@ fn ordered(call: &Call) -> Vec<Argument> {
     must.into_iter().chain(may).collect()
 }
 
-/// Returns `name, [core], ...specification`: arguments in brackets are optional; the argument after the dots consists of all remaining
-/// members of the object.
+/// Returns the signature of a call, `name, [core], ...specification`: arguments in brackets are optional; the argument after the dots
+/// consists of all remaining members of the object.
 fn signature(call: &Call) -> String {
     let named = ordered(call).into_iter().map(|a| if a.required { a.name } else { format!("[{}]", a.name) });
     named.chain(call.whole.map(|(name, _)| format!("...{name}"))).collect::<Vec<_>>().join(", ")
 }
 
-/// Groups the calls by subject, in order; each subject occurs once.
+/// Groups the calls by subject, in order; each subject occurs only once.
 fn by_subject<'a>(calls: impl Iterator<Item = &'a Call>) -> Vec<(&'static str, Vec<&'a Call>)> {
     let mut subjects: Vec<(&'static str, Vec<&Call>)> = Vec::new();
     for call in calls {
@@ -64,7 +64,7 @@ fn by_subject<'a>(calls: impl Iterator<Item = &'a Call>) -> Vec<(&'static str, V
     subjects
 }
 
-/// Wraps words into lines of a given width, each after a margin.
+/// Wraps words into lines of a given width, each preceded by a margin.
 fn wrapped(text: &str, margin: &str, width: usize) -> String {
     let (mut lines, mut line) = (String::new(), String::new());
     for word in text.split_whitespace() {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The programming system's interface to a real-time system, with JSON texts in both directions.
 //!
-//! Definitions, applications, values and reports have one JSON form. It is used by programming systems: the Python package through its
-//! bindings, a C program through the C package, a remote one through the control interface. [`open`] creates a system; [`call()`]
-//! executes a call by its name, [`begin`] does the same for a caller that must not wait long.
+//! Definitions, applications, values and reports have the same JSON format for all programming systems: the Python package through its
+//! bindings, a C program through the C package, and a remote program through the control interface. [`open`] creates a system; [`call()`]
+//! executes a call by name, [`begin`] does the same for a caller that must not wait long.
 //!
-//! Each call is declared once, in [`calls`](mod@calls), in the form of [`calls!`]. Its implementation, its role, the schemas of its
-//! arguments and its answer, its treatment by the journal and the log of commands, and its entries in the C header, in the docs and in
-//! the Python package ([`generate`]) are all derived from that.
+//! Each call is declared once, in [`calls`](mod@calls), using [`calls!`]. Its implementation, its role, the schemas of its arguments and
+//! its answer, its treatment by the journal and the log of commands, and its entries in the C header, the docs and the Python package
+//! ([`generate`]) are all derived from that declaration.
 mod answered;
 mod arguments;
 mod call;
@@ -41,7 +41,7 @@ use model::refusal::{Class, Refusal};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-/// Parses a value of the model from JSON; a wrong form is refused as a definition error.
+/// Parses a value of the model from JSON; malformed values are refused as definition errors.
 pub fn from_json<T: DeserializeOwned>(json: &str) -> Result<T, Refusals> {
     let mut reader = serde_json::Deserializer::from_str(json);
     let read: Result<T, _> = serde_path_to_error::deserialize(&mut reader);
@@ -54,17 +54,17 @@ pub fn from_json<T: DeserializeOwned>(json: &str) -> Result<T, Refusals> {
     Ok(value)
 }
 
-/// Returns the JSON of a value. Fails if JSON cannot represent it, such as a map whose keys are not texts.
+/// Serialises a value to JSON. Fails if JSON cannot represent it, for example a map whose keys are not strings.
 pub fn to_json(value: &impl Serialize) -> Result<String, Refusals> {
     serde_json::to_string(value).map_err(|why| wrong_form(&why))
 }
 
-/// Makes the refusal of a call that cannot be understood.
+/// Creates the refusal of a call that cannot be understood.
 pub fn refusal(message: &str) -> Refusal {
     Refusal::new(Class::CallError, message)
 }
 
-/// Wraps an answer that cannot be refused.
+/// Wraps the answer of a call that cannot be refused.
 fn sure<T>(answer: T) -> Result<T, Refusals> {
     Ok(answer)
 }

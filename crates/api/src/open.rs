@@ -15,11 +15,11 @@ struct Options {
     seed: u64,
     interconnect: Interconnect,
     processes: Option<Processes>,
-    /// True to search for processes that lost a system of this name.
+    /// True to search for processes that lost a system with this name.
     adopt: bool,
 }
 
-/// Command lines of processes for processors.
+/// Command lines for starting processes.
 #[derive(Deserialize)]
 struct Processes {
     /// Command line of a program that calls `places::processor`.
@@ -59,10 +59,11 @@ enum Interconnect {
     },
 }
 
-/// Opens a real-time system in this process. `clock`: `monotonic` or `virtual`. `options`: `{"seed": n, "interconnect": {"kind":
-/// "memory"}}`, where the interconnect may be `message` with `seed`, `delay_ns`, `drop`, `repeat`, `reorder` and `corrupt`, under the
-/// virtual clock. `"processes": {"command": [...], "python": "..."}` sets the commands for processors in separate processes. With
-/// `"adopt": true`, processes that lost a system of this name are searched for first, and `take_over` continues what runs in them.
+/// Opens a real-time system in this process. `clock` is `monotonic` or `virtual`. `options` is `{"seed": n, "interconnect": {"kind":
+/// "memory"}}`, where the interconnect may also be `message`, with `seed`, `delay_ns`, `drop`, `repeat`, `reorder` and `corrupt`, under
+/// the virtual clock. `"processes": {"command": [...], "python": "..."}` sets the commands for processors in separate processes. With
+/// `"adopt": true`, processes that lost a system with this name are first searched for, and `take_over` continues everything that runs in
+/// them.
 pub fn open(name: &str, clock: &str, options: &str) -> Result<System, Refusals> {
     let options: Options = from_json(options)?;
     let refuse = |message: String, remedy: &str| Err(vec![Refusal::new(Class::DefinitionError, message).remedy(remedy)]);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Call of a verb in steps: creates, starts, awaits and deletes its instance. Between the steps, a daemon updates owners and its journal.
+//! Call of a verb in steps: creates, starts, waits for and deletes its instance. Between the steps, a daemon updates the owners and its
+//! journal.
 use crate::answered::{CallResult, Outcome};
 use crate::waits::lasting;
 use model::definition::Application;
@@ -8,7 +9,7 @@ use serde_json::json;
 use std::time::Duration;
 use supervisor::{Limits, Report, StartedInstance, System, WaitResult};
 
-/// An instance created for a call of a verb and not started yet.
+/// An instance that was created for a verb call and has not been started yet.
 pub struct PreparedVerb<'a> {
     system: &'a System,
     application: Application,
@@ -16,7 +17,7 @@ pub struct PreparedVerb<'a> {
     instance: u64,
 }
 
-/// A started instance of a call of a verb.
+/// An instance that was started for a verb call.
 pub struct StartedVerb<'a> {
     system: &'a System,
     started: StartedInstance,
@@ -41,7 +42,7 @@ impl<'a> PreparedVerb<'a> {
 }
 
 impl StartedVerb<'_> {
-    /// Waits at most `slice` of real time for the end, and deletes the instance. Returns the answer of the call.
+    /// Waits at most `slice` of real time for the instance to end, and deletes it. Returns the answer to the call.
     pub fn complete(self, slice: Duration) -> Result<CallResult, Refusals> {
         self.completed(slice)?.answered()
     }
@@ -52,7 +53,7 @@ impl StartedVerb<'_> {
     }
 }
 
-/// Waits until an instance started for a call has ended, and deletes it.
+/// Waits until an instance that was started for a call has ended, and deletes it.
 pub(crate) fn performed(system: &System, instance: u64, slice: Duration) -> Result<Outcome<Option<Report>>, Refusals> {
     Ok(ended(system.performed(instance, slice)?, instance))
 }

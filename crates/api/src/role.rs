@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use std::str::FromStr;
 
-/// A role of a caller.
+/// Role of a caller.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Role {
@@ -22,7 +22,7 @@ impl Role {
     /// All roles, in order of increasing permissions.
     pub const ALL: [Role; 4] = [Role::Observe, Role::Operate, Role::Configure, Role::Download];
 
-    /// Returns the word for the role.
+    /// Returns the name of the role.
     pub fn word(self) -> &'static str {
         match self {
             Role::Observe => "observe",

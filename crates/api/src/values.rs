@@ -13,25 +13,25 @@ use supervisor::System;
 /// A value with its number and time.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Reading {
-    /// The value, unless bytes are requested.
+    /// Value, unless bytes are requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<Value>,
-    /// Memory of its C type in base64, little endian, if requested.
+    /// Memory of the value's C type in base64, little-endian, if requested.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bytes: Option<String>,
     pub number: u64,
     pub time_ns: i64,
 }
 
-/// Values at one time.
+/// Values at a single point in time.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct Snapshot {
     pub time_ns: i64,
     pub values: IndexMap<String, Reading>,
 }
 
-/// Reads one consistent snapshot. `raw`: returns `bytes`, the memory of the C type in base64, little endian, instead of `value`, which
-/// cannot represent NaN or infinity in JSON.
+/// Reads one consistent snapshot. If `raw` is true, returns `bytes`, the memory of the C type in base64, little-endian, instead of
+/// `value`, which cannot represent NaN or infinity in JSON.
 pub fn snapshot(system: &System, names: &[String], raw: bool) -> Result<Snapshot, Refusals> {
     let types: Vec<Type> = names.iter().map(|name| type_of(system, name)).collect::<Result<_, _>>()?;
     let (time_ns, readings) = system.read(names)?;
@@ -40,7 +40,7 @@ pub fn snapshot(system: &System, names: &[String], raw: bool) -> Result<Snapshot
     Ok(Snapshot { time_ns, values })
 }
 
-/// Returns the last `count` values, oldest first.
+/// Returns the most recent `count` values, oldest first.
 pub(crate) fn history(system: &System, name: &str, count: usize, raw: bool) -> Result<Vec<Reading>, Refusals> {
     let of = type_of(system, name)?;
     let past = system.history(name, count)?;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Lasting calls. Each runs slice by slice, so that the caller can be interrupted, and names the call that continues it.
+//! Lasting calls. Each runs in slices, so that the caller can be interrupted, and returns the call that continues it.
 use crate::answered::Outcome;
 use model::refusal::{Class, Refusal, Refusals};
 use serde_json::{Value as Json, json};
 use std::time::{Duration, Instant};
 use supervisor::{System, WaitResult};
 
-/// Virtual time between two checks of the slice, ns.
+/// Virtual time that elapses between two checks of the slice, ns.
 const ADVANCE_SLICE_NS: i64 = 10_000_000;
 
 /// Returns the deadline of a wait on the system's clock: `until_ns`, or `timeout_ns` from now.
@@ -18,7 +18,7 @@ pub(crate) fn until(system: &System, timeout_ns: Option<i64>, until_ns: Option<i
     }
 }
 
-/// Returns the outcome of a wait: if the slice has expired, it continues with this call.
+/// Converts the result of a wait to an outcome; if the slice has expired, this call continues the wait.
 pub(crate) fn lasting<T, U: From<T>>(waited: WaitResult<T>, timed_out: U, call: &'static str, arguments: impl FnOnce() -> Json) -> Outcome<U> {
     match waited {
         WaitResult::Done(result) => Outcome::Done(result.into()),

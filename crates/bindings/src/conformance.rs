@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The conformance kit of drivers.
+//! Conformance kit for drivers.
 use crate::convert::{from_json, to_json};
 use drivers::{Outcome, Settings};
 use pyo3::prelude::*;
@@ -9,11 +9,11 @@ use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Time limit of one check: a hanging check is reported within a minute.
+/// Time limit of one check. Ensures that a hanging check is reported within a minute.
 const CHECK: Duration = Duration::from_secs(50);
 
-/// Checks a driver; returns the report as JSON. `told(check, verdict)` is called with each outcome as it arrives, and ends the checks by
-/// returning False.
+/// Checks a driver; returns the report as JSON. `told(check, verdict)` is called with each outcome as soon as it is available; the checks
+/// end if it returns False.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "they are those of Python's call")]
 pub fn check_conformance(
@@ -41,19 +41,19 @@ pub fn check_conformance(
     raised.map_or_else(|| to_json(&report.json()), Err)
 }
 
-/// Returns the C source of the library that counts allocations in the process in which a driver is checked.
+/// Returns the C source of the library that counts allocations in the process that checks a driver.
 #[pyfunction]
 pub fn counting_text() -> &'static str {
     Settings::COUNTING
 }
 
-/// Returns the real-time sanitizer for that process, built in a folder, or `None` if no compiler here provides it.
+/// Returns the real-time sanitizer for that process, built in a folder; `None` if no compiler on this machine provides it.
 #[pyfunction]
 pub fn sanitizer_in(py: Python<'_>, folder: PathBuf) -> Option<PathBuf> {
     py.detach(|| drivers::sanitizer_in(&folder))
 }
 
-/// Runs a process in which a driver is checked.
+/// Main function of a process in which a driver is checked.
 #[pyfunction]
 pub fn run_driver_check(py: Python<'_>) -> Option<String> {
     py.detach(drivers::run_check).err()

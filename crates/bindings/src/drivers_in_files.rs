@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Returns the manuals of a file of drivers: `{"drivers": […]}`, or `{"problem": text}`.
+/// Returns the manuals of the drivers in a file: `{"drivers": […]}`, or `{"problem": text}`.
 #[pyfunction]
 pub fn load_drivers(py: Python<'_>, file: PathBuf) -> PyResult<String> {
     to_json(&match py.detach(|| drivers::load(&file)) {
@@ -15,14 +15,15 @@ pub fn load_drivers(py: Python<'_>, file: PathBuf) -> PyResult<String> {
     })
 }
 
-/// Returns the problem with the options of a driver, or `None`.
+/// Checks the options of a driver; returns a description of the problem, or `None`.
 #[pyfunction]
 pub fn check_driver(py: Python<'_>, kind: &str, options_json: &str) -> PyResult<Option<String>> {
     let options: Value = from_json(options_json)?;
     Ok(py.detach(|| drivers::check(kind, &options)).err().map(|why| why.to_string()))
 }
 
-/// Runs a process that loads one file of drivers, the last argument of its command line: a faulty file crashes this process alone.
+/// Main function of a process that loads one file of drivers, given by its last command-line argument, so that a faulty file crashes only
+/// this process.
 #[pyfunction]
 pub fn run_driver_trial(py: Python<'_>) -> Option<String> {
     let file = std::env::args_os().next_back()?;

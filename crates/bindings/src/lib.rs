@@ -22,7 +22,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 use supervisor::TrialRequest;
 
-/// Time for which a call runs without checking for signals.
+/// Maximum time for which a call runs without checking for signals.
 const SLICE: Duration = Duration::from_millis(50);
 
 #[pyfunction]
@@ -119,19 +119,19 @@ fn nearest(word: &str, candidates: Vec<String>) -> Option<String> {
     model::hints::nearest(word, candidates.iter().map(String::as_str)).map(str::to_owned)
 }
 
-/// Returns the extensions, without the dot, of source files that are built at loading.
+/// Returns the extensions, without the dot, of source files that are built when they are loaded.
 #[pyfunction]
 fn source_endings() -> Vec<&'static str> {
     modules::source_endings()
 }
 
-/// Returns true if a name from a definition would have another meaning in C code.
+/// Returns true if a name in a definition has another meaning in C code.
 #[pyfunction]
 fn is_word_of_c(name: &str) -> bool {
     modules::is_word_of_c(name)
 }
 
-/// Returns the file of a network with the weights from the files beside it embedded; `None` if it contains them already.
+/// Returns the file of a network with the weights from neighbouring files embedded; `None` if it already contains them.
 #[pyfunction]
 fn whole_network<'py>(py: Python<'py>, content: Vec<u8>, path: PathBuf) -> PyResult<Option<Bound<'py, PyBytes>>> {
     let whole = py.detach(|| modules::whole_network(&content, &path));
@@ -149,7 +149,7 @@ fn long_form(kind: &str, definition_json: &str) -> PyResult<String> {
     }
 }
 
-/// Runs a process that was started for a processor; returns the reason if it could not serve.
+/// Main function of a process that was started for a processor; returns the reason if it could not serve.
 #[pyfunction]
 fn run_processor(py: Python<'_>) -> Option<String> {
     py.detach(places::processor).err()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes with a single purpose: the guard, a plant. `python/opengpac/system/processes.py` contains their command lines.
+//! Processes with a single purpose, such as the guard or a plant. `python/opengpac/system/processes.py` contains their command lines.
 use pyo3::prelude::*;
 
 #[pyfunction]
@@ -11,7 +11,7 @@ pub fn run_guard(py: Python<'_>) -> Option<String> {
     })
 }
 
-/// Replays a recording beside the system that requests it.
+/// Main function of a process that replays a recording while a system runs.
 #[pyfunction]
 pub fn run_replay(py: Python<'_>) -> Option<String> {
     py.detach(::replay::serve).err()
@@ -22,13 +22,13 @@ pub fn run_plant(py: Python<'_>) -> Option<String> {
     py.detach(drivers::run_process).err()
 }
 
-/// Runs an emulated EtherCAT segment, which answers until its input ends.
+/// Runs an emulated EtherCAT segment until its input ends.
 #[pyfunction]
 pub fn run_ethercat_segment(py: Python<'_>) -> Option<String> {
     py.detach(ethercat::emulator::run).err()
 }
 
-/// Runs an emulated CANopen bus, which answers until its input ends.
+/// Runs an emulated CANopen bus until its input ends.
 #[pyfunction]
 pub fn run_canopen_bus(py: Python<'_>) -> Option<String> {
     py.detach(canopen::emulator::run).err()
@@ -42,14 +42,14 @@ pub fn plant_state(py: Python<'_>, name: &str) -> PyResult<Option<String>> {
     }
 }
 
-/// Tries the files named by the options of a driver in a separate process; returns a description of any problem.
+/// Tests the files listed in a driver's options in a separate process; returns a description of the problem, if any.
 #[pyfunction]
 pub fn try_driver(py: Python<'_>, kind: &str, options_json: &str) -> PyResult<Option<String>> {
     let options: serde_json::Value = crate::convert::from_json(options_json)?;
     Ok(py.detach(|| drivers::try_options(kind, &options)).err().map(|why| why.to_string()))
 }
 
-/// Lends this host to a system until the system ends or a signal arrives; returns the reason if it could not.
+/// Lends this host to a system until the system ends or a signal arrives; returns the reason if this fails.
 #[pyfunction]
 pub fn join_system(py: Python<'_>, system: &str, options_json: &str) -> PyResult<Option<String>> {
     let options: places::JoinOptions = crate::convert::from_json(options_json)?;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A driver in Python on the thread of its source: run by a process of driver `python`, or simulated if time is virtual. The other half
-//! in `python/opengpac/driver/process.py` packs and unpacks the values of its exchange.
+//! A Python driver on the thread of its source: in a separate process for the driver `python`, or simulated if time is virtual. The other
+//! half, in `python/opengpac/driver/process.py`, packs and unpacks the exchanged values.
 use crate::convert::to_json;
 use device::{
     Channel, Counters, Declaration, DeclaredServices, DeviceError, Direction, Driver, DriverError, GivenOptions, Kind, Layout, OpenedDriver, OptionWord, Reach,
@@ -23,7 +23,7 @@ const OPTIONS: [OptionWord; 5] = [
     OptionWord::with_default("paths", Kind::List, "those of this interpreter", "further folders in which modules are looked for").reaches(Reach::Code),
 ];
 
-/// Name of the driver's last channel: the age of its readings.
+/// Name of the driver's last channel, which contains the age of its readings.
 const AGE: &str = "age";
 
 /// A channel as declared by the driver's class.
@@ -43,16 +43,16 @@ struct PythonDriver {
     exchange: Py<PyAny>,
     channels: Vec<Channel>,
     age: Slot,
-    /// Time at which the machine took the newest readings, on the clock of the releases.
+    /// Time at which the machine took the latest readings, on the clock of the release times.
     taken_ns: i64,
     commands: Vec<u8>,
-    /// For each written channel: 1 if a verb commands it.
+    /// Flag for each written channel: 1 if a verb commands it.
     engaged: Vec<u8>,
     counters: Option<Arc<Counters>>,
     services: Option<Arc<ObjectServices>>,
 }
 
-/// Services of an object. A Python lock serializes its methods, because its class expects calls from one thread.
+/// Services of an object. A Python lock serialises calls of the object's methods, because its class expects to be called from one thread.
 struct ObjectServices {
     exchange: Py<PyAny>,
     words: &'static [ServiceWord],
@@ -74,7 +74,7 @@ impl Services for ObjectServices {
     }
 }
 
-/// Creates an object of the class; nothing is opened yet.
+/// Creates an object of the class. Does not open the device.
 fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let made = Python::attach(|py| {
         let module = py.import("opengpac.driver.process")?;
@@ -116,7 +116,7 @@ impl PythonDriver {
     }
 }
 
-/// Converts an exception to an error; its traceback is on the standard error of the driver's process.
+/// Converts an exception to an error; its traceback is written to the standard error of the driver's process.
 fn failed(py: Python<'_>, why: &PyErr) -> DeviceError {
     why.display(py);
     DeviceError { message: told(why) }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reads a recording: `_native.Recording`. This module only converts.
+//! Reads recordings: `_native.Recording`. This module only converts.
 use crate::convert::{refused, to_json};
 use indexmap::IndexMap;
 use pyo3::exceptions::PyKeyError;
@@ -8,7 +8,7 @@ use pyo3::types::PyBytes;
 use serde_json::json;
 use std::path::PathBuf;
 
-/// Numbers (u64), times in ns (i64) and values of a series, each as bytes.
+/// Numbers (u64), times in ns (i64) and values of a series, each column as bytes.
 type Columns<'py> = (Bound<'py, PyBytes>, Bound<'py, PyBytes>, Bound<'py, PyBytes>);
 
 /// A recording in memory.
@@ -19,7 +19,7 @@ pub struct Recording {
 
 #[pymethods]
 impl Recording {
-    /// Returns `{name: {kind, type, type_text, unit, count}}` of the recorded series.
+    /// Returns `{name: {kind, type, type_text, unit, count}}` for the recorded series.
     fn series_json(&self) -> PyResult<String> {
         let about = self.inner.series.iter().map(|(name, series)| {
             let of = &series.value_type;
@@ -36,7 +36,7 @@ impl Recording {
         Ok((PyBytes::new(py, &numbers), PyBytes::new(py, &times), PyBytes::new(py, &series.bytes)))
     }
 
-    /// Returns the messages of another channel as a list of [time in ns, message].
+    /// Returns the messages of another channel as a list of [time in ns, message] pairs.
     fn records_json(&self, topic: &str) -> PyResult<String> {
         to_json(&self.inner.records.get(topic).map_or(&[][..], Vec::as_slice))
     }

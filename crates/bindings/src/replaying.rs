@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Replays a record: `_native.replay`.
+//! Replays records: `_native.replay`.
 use crate::SLICE;
 use crate::convert::{from_json, interpreter, to_json};
 use ::replay::{ReplayOptions, Run};
@@ -7,7 +7,7 @@ use model::refusal::{Class, Refusal};
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
-/// Replays a record: request and findings are JSON (`replay::ReplayOptions`, `replay::ReplayResult`).
+/// Replays a record. The request and the findings are JSON (`replay::ReplayOptions`, `replay::ReplayResult`).
 #[pyfunction]
 pub fn replay(py: Python<'_>, path: PathBuf, asked_json: &str) -> PyResult<String> {
     let asked = ReplayOptions { python: interpreter(py)?, ..from_json(asked_json)? };
@@ -21,7 +21,7 @@ pub fn replay(py: Python<'_>, path: PathBuf, asked_json: &str) -> PyResult<Strin
     }
 }
 
-/// Returns the code modules in a record as JSON (`replay::CodeFile`). None of them runs.
+/// Returns the code modules in a record as JSON (`replay::CodeFile`), without running them.
 #[pyfunction]
 pub fn replay_modules(path: PathBuf) -> PyResult<String> {
     let refused = |why: String| crate::convert::refused(vec![Refusal::new(Class::CallError, why)]);

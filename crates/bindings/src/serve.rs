@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Serves a system over the control interface, and edits the file of tokens. This module only converts.
+//! Serves a system over the control interface, and edits the token file. This module only converts.
 use crate::convert::{from_json, interpreter, refused, to_json};
 use crate::system::System;
 use api::Role;
@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard};
 use std::time::Duration;
 
-/// Time for which a server runs without checking for signals.
+/// Maximum time for which a server runs without checking for signals.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// Receives a daemon's messages while its journal is replayed, and aborts the replay if a signal raises an exception.
@@ -34,7 +34,7 @@ impl Watcher for Starting {
     }
 }
 
-/// A system of this process, served by separate threads until the server is stopped.
+/// A system in this process, served by separate threads until the server is stopped.
 #[pyclass(name = "Server", frozen, module = "opengpac._native")]
 pub struct SystemServer(Mutex<Server>);
 
@@ -69,7 +69,7 @@ impl SystemServer {
 }
 
 /// Serves a system until a signal raises an exception. `tell` receives messages about the replay of the journal, then `ready` is called
-/// with the addresses. Whenever `rereads` returns true, the server's files are reopened, which is reported to `tell`.
+/// with the addresses. Whenever `rereads` returns true, the server reopens its files and reports this through `tell`.
 #[pyfunction]
 pub fn serve(py: Python<'_>, system: &System, options_json: &str, tell: Py<PyAny>, ready: &Bound<'_, PyAny>, rereads: &Bound<'_, PyAny>) -> PyResult<()> {
     let mut options: Options = from_json(options_json)?;
@@ -90,7 +90,7 @@ pub fn serve(py: Python<'_>, system: &System, options_json: &str, tell: Py<PyAny
     looked
 }
 
-/// Reopens the files of a server if requested.
+/// Reopens a server's files if requested.
 fn reread(py: Python<'_>, server: &Server, tell: &Py<PyAny>, rereads: &Bound<'_, PyAny>) -> PyResult<()> {
     if rereads.call0()?.is_truthy()? {
         for text in py.detach(|| server.reread()) {
@@ -106,7 +106,7 @@ pub fn socket_path(name: &str) -> String {
     control::default_path(name).display().to_string()
 }
 
-/// Creates a token and adds it to the file; or adds the holder of a client certificate, and returns an empty text.
+/// Creates a token and adds it to the file; if a client certificate is passed, adds its holder instead and returns an empty string.
 #[pyfunction]
 #[pyo3(signature = (path, name, role, expires=None, certificate=None))]
 pub fn token_new(path: PathBuf, name: &str, role: &str, expires: Option<u64>, certificate: Option<PathBuf>) -> PyResult<String> {
@@ -117,13 +117,13 @@ pub fn token_new(path: PathBuf, name: &str, role: &str, expires: Option<u64>, ce
     Ok(String::new())
 }
 
-/// Returns every entry of the file of tokens as JSON, without the tokens themselves.
+/// Returns every entry of the token file as JSON, without the tokens themselves.
 #[pyfunction]
 pub fn token_list(path: PathBuf) -> PyResult<String> {
     to_json(&tokens::list(&path).map_err(os_error)?)
 }
 
-/// Revokes the entry of that name; returns false if there is none.
+/// Revokes the entry with this name; returns false if it does not exist.
 #[pyfunction]
 pub fn token_revoke(path: PathBuf, name: &str) -> PyResult<bool> {
     tokens::revoke(&path, name).map_err(os_error)

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The class `_native.System`: every call by its name, and transfers of bytes. Calls that last release the interpreter and check for
-//! signals.
+//! The class `_native.System`: all calls by name, and transfers of bytes. Long calls release the interpreter lock and check for signals.
 use crate::SLICE;
 use crate::convert::refused;
 use api::CallResult;
@@ -9,7 +8,7 @@ use pyo3::types::{PyBytes, PyList};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// One real-time system, embedded in this process.
+/// Real-time system embedded in this process.
 #[pyclass(frozen, subclass, module = "opengpac._native")]
 pub struct System {
     inner: Arc<supervisor::System>,
@@ -30,7 +29,7 @@ impl System {
         Ok(System { inner: Arc::new(inner) })
     }
 
-    /// Makes a call and waits for its end, in slices, so that Ctrl-C interrupts it.
+    /// Makes a call and waits for it to end, in slices, so that Ctrl-C can interrupt it.
     #[pyo3(signature = (name, arguments_json="", /))]
     fn call(&self, py: Python<'_>, name: &str, arguments_json: &str) -> PyResult<String> {
         let call = api::known(name).map_err(refused)?;
@@ -47,7 +46,7 @@ impl System {
         }
     }
 
-    /// Makes a call for at most this much real time; returns `None` if it has not ended by then.
+    /// Makes a call for at most `slice_ns` of real time; returns `None` if it has not ended by then.
     #[pyo3(signature = (name, arguments_json, slice_ns, /))]
     fn begin(&self, py: Python<'_>, name: &str, arguments_json: &str, slice_ns: u64) -> PyResult<Option<String>> {
         let call = api::known(name).map_err(refused)?;
@@ -56,8 +55,8 @@ impl System {
         Ok(if let CallResult::Done(text) = answered { Some(text) } else { None })
     }
 
-    /// Calls a verb for at most this much real time; returns `None` if it has not ended by then. The number of an instance that continues
-    /// is stored in `made` before an interrupt is possible, so that the instance can be ended.
+    /// Calls a verb for at most `slice_ns` of real time; returns `None` if it has not ended by then. If the call continues, its instance
+    /// number is stored in `made` before an interrupt is possible, so that the instance can be ended.
     #[pyo3(signature = (arguments_json, made, slice_ns, /))]
     fn performing(&self, py: Python<'_>, arguments_json: &str, made: &Bound<'_, PyList>, slice_ns: u64) -> PyResult<Option<String>> {
         let call = api::with_effect(api::Effect::PerformsVerb);
@@ -82,7 +81,7 @@ impl System {
         Ok((time_ns, readings))
     }
 
-    /// Stores numbers, advances the virtual clock, and reads; returns the bytes of all readings, one after another.
+    /// Stores numbers, advances the virtual clock, and reads values; returns the concatenated bytes of all readings.
     #[pyo3(signature = (stores, duration_ns, names, /))]
     fn turn<'py>(&self, py: Python<'py>, stores: Vec<(String, Vec<f64>)>, duration_ns: i64, names: Vec<String>) -> PyResult<Bound<'py, PyBytes>> {
         let readings = py.detach(|| self.inner.turn(&stores, duration_ns, &names)).map_err(refused)?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `#[derive(FunctionBlock)]`: the memory of an instance, its entry and its descriptor, in the block's own crate, so that the
+//! `#[derive(FunctionBlock)]`: generates the memory of an instance, its entry and its descriptor in the block's own crate, so that the
 //! compiler keeps the values in registers.
 
 use crate::item::{Item, Kind};
@@ -89,7 +89,7 @@ fn is_bound(item: &Item) -> bool {
     matches!(item.kind, Kind::Input | Kind::Output | Kind::DeviceRead | Kind::DeviceWrite)
 }
 
-/// Returns the type of an item's value; for a condition with a value, that of the value.
+/// Returns the type of an item's value or, for a condition, of the value it reports.
 fn value_type(item: &Item) -> TokenStream {
     let ty = &item.ty;
     match item.kind {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One field of a block, as its attribute declares it.
+//! One field of a block, as declared by its attribute.
 
 use crate::text;
 use proc_macro2::{Ident, TokenStream};

@@ -19,7 +19,7 @@ pub fn doc(attributes: &[Attribute]) -> String {
     lines.join(" ").trim().to_string()
 }
 
-/// Returns the text up to the first full stop that ends a sentence; the dots of `u_1 + ... + u_n` do not.
+/// Returns the text up to the full stop that ends the first sentence; the dots of `u_1 + ... + u_n` do not end a sentence.
 pub fn first_sentence(doc: &str) -> String {
     match doc.match_indices(". ").map(|(at, _)| at).find(|at| !doc[..*at].ends_with('.')) {
         Some(end) => doc[..=end].to_string(),
@@ -48,7 +48,7 @@ pub fn snake(name: &str) -> String {
     snake
 }
 
-/// Parses `a, b = expression, c` into names with their optional values.
+/// Parses `a, b = expression, c` into names with optional values.
 pub fn arguments(tokens: TokenStream) -> syn::Result<Vec<(TokenTree, Option<TokenStream>)>> {
     let mut arguments = Vec::new();
     let mut tokens = tokens.into_iter().peekable();

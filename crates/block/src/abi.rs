@@ -24,7 +24,7 @@
 
 use core::ffi::{c_char, c_void};
 
-/// Version of this ABI. Modules of another version are refused with a message that names it.
+/// Version of this ABI. Modules of another version are refused with a message that states their version.
 pub const ABI: u32 = 2;
 
 /// Maximum number of items that a block may declare. A condition is reported as bit `8 + its item index` of the result of `run`.
@@ -42,22 +42,22 @@ pub struct Invocation {
     pub now_ns: i64,
 }
 
-/// First bytes of every instance. The kernel writes the header only between two invocations.
+/// Header at the start of every instance. The kernel writes it only between two invocations.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Header {
-    /// Number of the next invocation; combined with [`RUNNING`] while one runs and has stored nothing.
+    /// Number of the next invocation, combined with [`RUNNING`] while an invocation runs and has stored nothing.
     pub number: u64,
-    /// Value of `number` when the instance was last activated: a ratio output n is stored on invocations n, 2n, … from there.
+    /// Value of `number` when the instance was last activated: a ratio output n is stored by invocations n, 2n, … counted from there.
     pub activated: u64,
 }
 
 /// Flag in `Header::number`: an invocation is running and has stored nothing, so that it may be ended.
 pub const RUNNING: u64 = 1 << 63;
 
-/// Low 8 bits of the result of `run`.
+/// Outcomes: the low 8 bits of the result of `run`.
 pub mod outcome {
-    /// Success: outputs and state are stored. Without reported conditions, the whole result is 0 (the hot path).
+    /// Success: outputs and state are stored. If no condition was reported, the whole result is 0 (the hot path).
     pub const DONE: u64 = 0;
     /// The body returned a fault. Bits 8 and up contain its code.
     pub const FAULT: u64 = 1;
@@ -70,14 +70,14 @@ pub mod outcome {
     pub const THREW: u64 = 4;
     /// Maximum length of an exception's message, in bytes.
     pub const WHAT_MAX: usize = 200;
-    /// The body called fork(). Never returned by an entry; set by its guard.
+    /// The body called fork(). Never returned by an entry, only set by its guard.
     pub const FORKED: u64 = 0xfd;
-    /// The body changed the floating-point control words of its thread. Never returned by an entry; set by the check of the words.
+    /// The body changed the floating-point control words of its thread. Never returned by an entry, only set by the check of the words.
     pub const FLOATS: u64 = 0xfe;
-    /// A signal ended the body. Never returned by an entry; set by its guard. Bits 8 and up contain the signal, 0 for an exceeded budget,
-    /// possibly with [`LOST`].
+    /// A signal ended the body. Never returned by an entry, only set by its guard. Bits 8 and up contain the signal, 0 for an exceeded
+    /// budget, possibly with [`LOST`].
     pub const SIGNAL: u64 = 0xff;
-    /// In the detail of `SIGNAL`: the body was ended in code of a library that may hold a lock, which is never released.
+    /// In the detail of `SIGNAL`: the body was ended in code of a library that may hold a lock, which would never be released.
     pub const LOST: u64 = 0x100;
     /// Mask of the outcome.
     pub const MASK: u64 = 0xff;
@@ -85,7 +85,7 @@ pub mod outcome {
     pub const SHIFT: u32 = 8;
 }
 
-/// Marks in `Descriptor::reserved` that the loader sets for the kernel; 0 in a module.
+/// Flags in `Descriptor::reserved` that the loader sets for the kernel; 0 in a module.
 pub mod mark {
     /// The block was loaded from a code module.
     pub const LOADED: u32 = 1;
@@ -102,11 +102,11 @@ pub mod kind {
     pub const CONDITION: u8 = 5;
     pub const PARAMETER: u8 = 6;
     pub const STATE: u8 = 7;
-    /// Number of elements n of a block for any number of elements: a `uint32_t` between `ratio` and `limit`.
+    /// Number of elements n of a block with a variable number of elements: a `uint32_t` between `ratio` and `limit`.
     pub const SIZE: u8 = 8;
 }
 
-/// Relation of a port's updates to the block's invocations.
+/// Modes: the relation of a port's updates to the block's invocations.
 pub mod mode {
     pub const SYNCHRONOUS: u8 = 0;
     pub const RATIO: u8 = 1;
@@ -115,20 +115,21 @@ pub mod mode {
 
 /// Further properties that an item declares.
 pub mod flag {
-    /// An input that may stay unbound; it then reads the constant in the image.
+    /// An input that may be left unbound; it then reads the constant in the image.
     pub const DEFAULT: u16 = 1;
     /// An output whose value need not be finite.
     pub const NONFINITE: u16 = 2;
     /// A state that survives a restart of its verb.
     pub const KEEP: u16 = 4;
-    /// An array of n elements, n being the block's `SIZE` item; `size` is that of the maximum n, `element` that of one element.
+    /// An array of n elements, where n is the block's `SIZE` item; `size` is the size for the maximum n, `element` the size of one
+    /// element.
     pub const SIZED: u16 = 8;
-    /// An input that holds the last n values of its binding, oldest first: `ratio` is n, `type_text` and `element` are those of one
-    /// value, `size` is that of all n.
+    /// An input that holds the n most recent values of its binding, oldest first: `ratio` is n, `type_text` and `element` describe one
+    /// value, and `size` is the size of all n.
     pub const HISTORY: u16 = 16;
 }
 
-/// Marks an absent address or report value (offset 0 is the header, but an explicit marker is clearer).
+/// Marks an absent address or report value (no item can be at offset 0, the header, but an explicit marker is clearer).
 pub const NONE: u32 = u32::MAX;
 
 /// Item of an interface. Strings are UTF-8, NUL-terminated, and live as long as the module.
@@ -150,16 +151,16 @@ pub struct Item {
     pub unit: *const c_char,
     /// Description, one line.
     pub doc: *const c_char,
-    /// Offset of the item's value (of a condition: its preset) in the instance; `NONE` for a condition without a value, and for an input
-    /// or output that the block uses in place: values written there stay even if the invocation fails.
+    /// Offset of the item's value in the instance; for a condition, of its preset. `NONE` for a condition without a value, and for an
+    /// input or output that the block uses in place: values written there are kept even if the invocation fails.
     pub offset: u32,
     /// Size of the value in bytes.
     pub size: u32,
     /// Offset in the instance of the address through which a port or device is bound; `NONE` for other items.
     pub address: u32,
-    /// Offset in the instance of the value that a condition reported last; `NONE` for other items.
+    /// Offset in the instance of the value last reported with a condition; `NONE` for other items.
     pub report: u32,
-    /// Size of one element of a `SIZED` item or of one value of a `HISTORY`, else `size`; the maximum n of a `SIZE`.
+    /// Size of one element of a `SIZED` item or of one value of a `HISTORY`, otherwise the same as `size`; for a `SIZE`, the maximum n.
     pub element: u32,
     /// Reserved for a later version; 0.
     pub reserved: u32,
@@ -170,8 +171,7 @@ pub struct Item {
 /// Returns [`outcome`] in the low 8 bits and the reported conditions above (condition item i is bit `8 + i`).
 ///
 /// # Safety
-/// `instance` is the memory of an instance of this block, every address in it is bound to memory of the item's size and alignment,
-/// and nobody else touches any of it during the call.
+/// `instance` is the memory of an instance of this block, every address in it is bound to memory of the item's size and alignment, and no other code accesses any of it during the call.
 pub type Run = unsafe extern "C" fn(instance: *mut c_void, invocation: *const Invocation) -> u64;
 
 /// Description of one function block.
@@ -193,16 +193,16 @@ pub struct Descriptor {
     /// Source file and line of the declaration.
     pub file: *const c_char,
     pub line: u32,
-    /// 0 in a module; in the loader's copy, bits of [`mark`].
+    /// 0 in a module; bits of [`mark`] in the loader's copy.
     pub reserved: u32,
 }
 
-/// A named struct type that items of a module may have.
+/// A struct type, with its name, that items of a module may have.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct TypeDescriptor {
     pub name: *const c_char,
-    /// `"struct { double x; double[4] q; }"`: a type and a name for each member; an array member has its brackets at the type.
+    /// `"struct { double x; double[4] q; }"`: a type and a name for each member; the brackets of an array member follow its type.
     pub declaration: *const c_char,
     pub doc: *const c_char,
     pub size: u32,
@@ -220,9 +220,9 @@ pub struct Module {
     pub type_count: u32,
     pub reserved: u32,
     pub types: *const *const TypeDescriptor,
-    /// Target that the module was compiled for, for example `x86_64-linux`.
+    /// Target for which the module was compiled, for example `x86_64-linux`.
     pub target: *const c_char,
-    /// Compiler that built it, human-readable.
+    /// Compiler that built the module, human-readable.
     pub compiler: *const c_char,
 }
 

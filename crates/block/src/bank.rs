@@ -9,8 +9,8 @@ use core::ffi::c_void;
 use std::collections::HashMap;
 use std::sync::RwLock;
 
-/// Call of the step loop: 24 bytes, also read by the kernel's `containment.c`. The first word of each instance tells whether it may
-/// be ended: `abi::RUNNING`.
+/// Call in the step loop: 24 bytes, also read by the kernel's `containment.c`. The first word of each instance contains `abi::RUNNING`
+/// while the instance may be ended.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Call {
@@ -20,14 +20,14 @@ pub struct Call {
 }
 
 /// Bank entry of a block: runs the calls `from..to`, writes the index of each to `step` before it begins, and returns at the first
-/// non-zero result, with `step` at that call. Returns 0 if all ran, with `step` at the last.
+/// non-zero result, with `step` at that call. Returns 0 if all ran, with `step` at the last one.
 ///
 /// # Safety
 /// `calls` has `to` calls; each of `from..to` is of this block and meets the requirements of [`Run`]. `from` is less than `to`.
 pub type Bank = unsafe extern "C" fn(calls: *const Call, step: *mut u32, from: u32, to: u32) -> u64;
 
-/// Name of the function by which a code module may offer bank entries, [`of`] for its own blocks; the number is the version of [`Call`]
-/// and [`Bank`].
+/// Name of the function with which a code module may provide bank entries: [`of`] for its own blocks. The number is the version of
+/// [`Call`] and [`Bank`].
 pub const BANK_SYMBOL: &str = "opengpac_bank_1";
 
 static BANKS: RwLock<Option<HashMap<usize, Bank>>> = RwLock::new(None);

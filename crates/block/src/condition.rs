@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Conditions of a block.
 
-/// A condition without a value. Reporting it does not return from the body, and counts only if the invocation succeeds.
+/// A condition without a value. Reporting it does not return from the body; the report counts only if the invocation succeeds.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Condition {
     reported: bool,
 }
 
 impl Condition {
-    /// Makes a condition that is not reported.
+    /// Creates a condition that is not reported.
     #[inline]
     pub const fn new() -> Condition {
         Condition { reported: false }
@@ -36,7 +36,7 @@ pub struct ConditionOf<T> {
 }
 
 impl<T: Copy> ConditionOf<T> {
-    /// Makes a condition with this preset, not reported.
+    /// Creates a condition with this preset, not reported.
     #[inline]
     pub const fn new(preset: T) -> ConditionOf<T> {
         ConditionOf { preset, value: preset, reported: false }

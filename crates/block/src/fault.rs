@@ -20,7 +20,8 @@ pub enum Fault {
     Signal(i32),
     /// The body exceeded its time budget.
     Budget,
-    /// A signal (its number, or 0 for an exceeded budget) in code of a library that may hold a lock: this process cannot be trusted.
+    /// A signal (its number, or 0 for an exceeded budget) in code of a library that may hold a lock: this process can no longer be
+    /// trusted.
     Lost(i32),
 }
 
@@ -42,7 +43,7 @@ impl core::fmt::Display for Fault {
 
 impl std::error::Error for Fault {}
 
-/// Returns the text for a fault in code of a library; `signal` 0 stands for an exceeded budget.
+/// Returns the text for a fault in code of a library; `signal` 0 represents an exceeded budget.
 pub fn lost_text(signal: i32) -> String {
     let what = match signal {
         0 => "did not return in time from a library function that may hold a lock".to_owned(),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Floating-point control words of a thread: rounding, flushing to zero, unmasked traps, precision. A value must not depend on settings
-//! of another block, a module's constructor or a program, so blocks compute with the standard words.
+//! made by another block, a module's constructor or a program, so blocks compute with the standard words.
 
 /// Control words of the calling thread, as bits, without the sticky exception flags: MXCSR and the x87 control word on x86-64, FPCR on
 /// aarch64.
@@ -23,7 +23,7 @@ impl Words {
         words::set(self.0);
     }
 
-    /// Sets the standard words if others are set. Returns true if it did.
+    /// Sets the standard words unless they are already set. Returns true if it changed them.
     #[inline]
     pub fn standardise() -> bool {
         let is_other = Words::present() != Words::STANDARD;
@@ -34,13 +34,13 @@ impl Words {
     }
 }
 
-/// Guard that sets the standard words on a foreign thread, and restores the previous ones when dropped.
+/// Guard that sets the standard words on a caller's thread, and restores the previous ones when dropped.
 pub struct Standard {
     found: Words,
 }
 
 impl Standard {
-    /// Sets the standard words until the guard is dropped.
+    /// Sets the standard words until the returned guard is dropped.
     #[must_use]
     pub fn enter() -> Standard {
         let found = Words::present();
@@ -59,7 +59,7 @@ impl Drop for Standard {
     }
 }
 
-/// Empties the x87 stack, on which MMX code or a wrong declaration may have left values. Does nothing on other architectures.
+/// Empties the x87 stack, on which MMX code or a wrong function declaration may have left values. Does nothing on other architectures.
 #[inline]
 pub fn empty_stack() {
     words::empty_stack();
@@ -69,13 +69,13 @@ pub fn empty_stack() {
 mod words {
     use core::arch::asm;
 
-    /// MXCSR without its flags.
+    /// MXCSR bits except the sticky flags.
     const MXCSR: u32 = !0x3f;
     /// Masks, precision and rounding of the x87 control word.
     const X87: u16 = 0x0f3f;
     /// Bits of the x87 control word that are always set.
     const X87_FIXED: u16 = 0x40;
-    /// Direction flag: copies run backwards.
+    /// Direction flag: if set, copies run backwards.
     const BACKWARDS: u64 = 0x400;
     pub const STANDARD: u64 = 0x1f80 | 0x033f << 32;
 

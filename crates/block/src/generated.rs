@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Items called by the code that the derive generates. Not part of the public interface: may change with any version.
+//! Items used by the code that the derive macro generates. Not part of the public interface: may change with any version.
 
 use crate::abi::{self, Descriptor, Header, Item, Module, Run, TypeDescriptor, flag};
 use crate::bank::{self, Bank};
@@ -10,7 +10,7 @@ use std::alloc::{Layout, alloc_zeroed, handle_alloc_error};
 use std::ffi::CString;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// An item, as parsed by the derive.
+/// An item as parsed by the derive macro.
 pub struct ItemSpec {
     pub kind: u8,
     pub mode: u8,
@@ -73,7 +73,7 @@ impl<T: Type> ValuedCondition for ConditionOf<T> {
 pub trait SizeField {}
 impl SizeField for u32 {}
 
-/// Type of an item that is `sized` or a `history`.
+/// Type of a `sized` or `history` item.
 pub trait Array: Type {
     type Element: Type;
     fn elements(&self) -> &[Self::Element];
@@ -114,7 +114,7 @@ pub unsafe fn store_sized<A: Array>(to: *mut A, value: &A, count: usize) {
     unsafe { core::ptr::copy_nonoverlapping(value.elements().as_ptr(), to.cast::<A::Element>(), count) };
 }
 
-/// Returns [`Type::nonfinite`] of the first `count` elements.
+/// Returns [`Type::nonfinite`] for the first `count` elements.
 #[inline(always)]
 pub fn nonfinite_sized<A: Array>(value: &A, count: usize) -> u64 {
     value.elements().iter().take(count).fold(0, |top, element| top | element.nonfinite())
@@ -132,7 +132,7 @@ pub fn contain<R>(body: impl FnOnce() -> R) -> Option<R> {
     }
 }
 
-/// Drops the payload of a panic, whose own drop may panic.
+/// Drops the payload of a panic; the drop itself may panic.
 #[cold]
 fn discard(payload: Box<dyn core::any::Any + Send>) {
     if let Err(second) = catch_unwind(AssertUnwindSafe(|| drop(payload))) {
@@ -194,7 +194,7 @@ fn offset(bytes: usize) -> u32 {
     u32::try_from(bytes).expect("an instance is smaller than 4 GB")
 }
 
-/// Copies the image of an instance to a permanent location, with zeros between its fields.
+/// Copies the image of an instance to a permanent location, with zeros in the padding between its fields.
 fn keep<I>(image: I) -> *const c_void {
     let layout = Layout::new::<I>();
     // SAFETY: the layout has a size, that of a header at least; the memory is of that layout and is written whole.
@@ -246,7 +246,7 @@ pub fn describe_module(blocks: Vec<&'static Descriptor>, types: Vec<&'static Typ
     }))
 }
 
-/// Returns the target that this code is compiled for, as named in `opengpac.h`.
+/// Returns the target for which this code is compiled, as named in `opengpac.h`.
 pub fn target() -> &'static str {
     match (cfg!(target_arch = "x86_64"), cfg!(target_arch = "aarch64"), cfg!(target_arch = "riscv64")) {
         (true, ..) => "x86_64-linux",

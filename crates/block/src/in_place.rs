@@ -11,11 +11,11 @@ pub struct InPlace<T>(*const T);
 
 /// An output that is written in place: `#[output(in_place)] table: InPlaceMut<[f64; 65536]>`, initialised with zeros at each start.
 ///
-/// A value written by an invocation stays, even if the invocation faults or is ended. A table should therefore mark itself complete, by a
-/// number that is written last. Its numbers are not checked to be finite.
+/// Values that an invocation has written are kept, even if the invocation faults or is ended. A table should therefore mark itself
+/// complete, with a number that is written last. Its numbers are not checked to be finite.
 pub struct InPlaceMut<T>(*mut T);
 
-/// A port that is used in place, for the derive.
+/// A port that is used in place, for the derive macro.
 pub trait Lying {
     /// Type of the value.
     type Value: Type;
@@ -24,7 +24,7 @@ pub trait Lying {
     /// Returns the port bound to an address.
     ///
     /// # Safety
-    /// The address is that of a value which nobody else touches while the port lives.
+    /// The address is that of a value that no other code accesses during the lifetime of the port.
     unsafe fn at(address: *mut Self) -> Self;
 }
 

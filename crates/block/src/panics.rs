@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Silent panics of blocks: a panic in a block is a condition, not a message, so the panic hook prints nothing for it, and only for it.
+//! Silences panics in blocks: such a panic is a condition, not a message, so the panic hook prints nothing for it. Other panics are
+//! printed.
 //!
 //! A flag set by each entry would cost every invocation more than the block itself. Instead the hook, which runs only on a panic,
 //! searches the stack for the entry of a block. That takes some microseconds and no lock.

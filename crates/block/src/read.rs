@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Descriptors as ordinary checked Rust values: a block as the programming system and the supervisor see it.
+//! Descriptors as ordinary, checked Rust values: a block as seen by the programming system and the supervisor.
 
 mod check;
 mod text;
@@ -26,7 +26,7 @@ pub enum Kind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Mode {
     Synchronous,
-    /// Ratio port, with its n.
+    /// Ratio port with its n.
     Ratio(u32),
     Asynchronous,
 }
@@ -35,7 +35,7 @@ pub enum Mode {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ItemFace {
     pub kind: Kind,
-    /// Mode of a port; synchronous for other items.
+    /// Mode of a port; synchronous for items that are not ports.
     pub mode: Mode,
     pub name: String,
     /// Normalised type text: `double`, `double[6]`, `double[n]`, `pose`; empty for a condition without a value.
@@ -43,29 +43,29 @@ pub struct ItemFace {
     /// Unit; empty if there is none.
     pub unit: String,
     pub doc: String,
-    /// An input that may stay unbound.
+    /// True for an input that may be left unbound.
     pub has_default: bool,
-    /// An output whose value need not be finite.
+    /// True for an output whose value need not be finite.
     pub nonfinite: bool,
-    /// A state that survives a restart.
+    /// True for a state that survives a restart.
     pub keep: bool,
-    /// An array with the number of elements given by the block's size.
+    /// True for an array whose number of elements is given by the block's size.
     pub sized: bool,
-    /// Number of values of an input that is a history, else 0; `type_text` and `element` are those of one value.
+    /// Number of values of a history input, else 0; `type_text` and `element` describe one value.
     pub history: u32,
     /// Minimum and maximum number of elements, for a size.
     pub limits: Option<(u32, u32)>,
-    /// Offset of the value (of a condition: its preset) in the instance, in bytes.
+    /// Offset of the value in the instance, in bytes; for a condition, of its preset.
     pub offset: Option<usize>,
     /// Size of the value in bytes.
     pub size: usize,
-    /// Size of one element of a sized item or of one value of a history, else `size`, in bytes.
+    /// Size in bytes of one element of a sized item or of one value of a history; otherwise the same as `size`.
     pub element: usize,
     /// Offset of the address of a port or device in the instance, in bytes.
     pub address: Option<usize>,
-    /// Offset of the value that a condition reported last, in bytes.
+    /// Offset of the value last reported with a condition, in bytes.
     pub report: Option<usize>,
-    /// Value in the image: default of an input, a parameter or a preset, initial value of a state.
+    /// Value in the image: the default of an input, parameter or preset, or the initial value of a state.
     pub initial: Vec<u8>,
 }
 
@@ -75,7 +75,7 @@ pub struct BlockFace {
     pub name: String,
     /// Description, whose first sentence states what the block computes.
     pub doc: String,
-    /// File of its declaration.
+    /// File of the block's declaration.
     pub file: String,
     pub line: u32,
     pub items: Vec<ItemFace>,
@@ -117,9 +117,10 @@ impl core::fmt::Debug for Descriptor {
 pub enum Refusal {
     /// The module has another version of the ABI.
     AbiVersion { module: u32, here: u32 },
-    /// The module lists no block.
+    /// The module contains no blocks.
     NoBlocks,
-    /// An entry of the tables contradicts `abi`. `item` is empty if the block itself is meant, `block` if the module is.
+    /// An entry of the tables contradicts `abi`. `item` is empty if the error concerns the block itself, and `block` if it concerns the
+    /// module.
     Invalid { block: String, item: String, what: String },
 }
 
@@ -178,11 +179,11 @@ impl BlockFace {
         Ok(face)
     }
 
-    /// Returns a block of this program, in Rust.
+    /// Returns a block of this program, written in Rust.
     ///
     /// # Panics
-    /// If the descriptor made by the derive contradicts `abi`, which no declaration that compiles should cause; item names are unique
-    /// because they are field names.
+    /// Panics if the descriptor created by the derive macro contradicts `abi`, which no declaration that compiles should cause; item
+    /// names are unique because they are field names.
     pub fn of<B: crate::FunctionBlock>() -> BlockFace {
         let types: Result<Vec<_>, _> = B::types().into_iter().map(TypeFace::read).collect();
         match types.and_then(|types| BlockFace::read(B::descriptor(), &types)) {
@@ -191,12 +192,12 @@ impl BlockFace {
         }
     }
 
-    /// Returns the item of this name, with its index.
+    /// Returns the item with this name and its index.
     pub fn item(&self, name: &str) -> Option<(usize, &ItemFace)> {
         self.items.iter().enumerate().find(|(_, item)| item.name == name)
     }
 
-    /// Returns the block's size item, if it has one, with its index.
+    /// Returns the block's size item and its index, if it has one.
     pub fn size(&self) -> Option<(usize, &ItemFace)> {
         self.items.iter().enumerate().find(|(_, item)| item.kind == Kind::Size)
     }
@@ -228,7 +229,7 @@ impl ModuleFace {
     /// Reads the result of `opengpac_module()`.
     ///
     /// # Errors
-    /// Fails for another ABI version, a module without blocks, or tables that contradict `abi`.
+    /// Fails if the ABI version differs, the module has no blocks, or the tables contradict `abi`.
     ///
     /// # Safety
     /// `module` is null or points to a table as specified by `abi::Module` (of any version), whose module is never unloaded.
@@ -281,7 +282,7 @@ fn order_blocks(blocks: &mut [BlockFace]) {
     blocks.sort_by_key(|block| (files.iter().position(|file| *file == block.file), block.line));
 }
 
-/// Sorts types so that each follows those of its members.
+/// Sorts types so that each follows the types of its members.
 fn order_types(types: Vec<TypeFace>) -> Vec<TypeFace> {
     let mut rest = types;
     let mut ordered: Vec<TypeFace> = Vec::new();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Interface that the author of a block writes, and that the derive completes.
+//! Interface that the author of a block implements, and that the derive macro completes.
 
 use crate::abi::{Descriptor, Invocation, TypeDescriptor};
 
@@ -7,7 +7,7 @@ use crate::abi::{Descriptor, Invocation, TypeDescriptor};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[must_use]
 pub enum Outcome {
-    /// Success: outputs and state are stored, reports count.
+    /// Success: outputs and state are stored, and the reported conditions count.
     Done,
     /// A fault with a code defined by the block: nothing is stored, the state is unchanged, and the block's verb receives the condition
     /// `fault`.
@@ -22,8 +22,8 @@ pub trait Step {
 
 /// A function block, implemented by `#[derive(FunctionBlock)]`.
 pub trait FunctionBlock: Step {
-    /// Returns the description of the block, which is made once and lives as long as the process. Not for the real-time path.
+    /// Returns the description of the block, which is created once and lives as long as the process. Not for the real-time path.
     fn descriptor() -> &'static Descriptor;
-    /// Returns the struct types of its items, each once, and each after the types of its members.
+    /// Returns the struct types of the block's items, each once, and each after the types of its members.
     fn types() -> Vec<&'static TypeDescriptor>;
 }

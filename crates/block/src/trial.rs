@@ -15,7 +15,7 @@ pub enum TrialError {
     NoSuchItem { block: String, item: String, items: Vec<String> },
     /// The value's length does not match the item's type.
     WrongLength { item: String, type_text: String, given: usize, wanted: usize },
-    /// The item's type is a struct: set and get it as bytes.
+    /// The item's type is a struct, so its value must be set and read as bytes.
     NotNumbers { item: String, type_text: String },
     /// The size is outside its limits.
     SizeOutOfRange { item: String, given: u32, least: u32, most: u32 },
@@ -37,7 +37,7 @@ impl core::fmt::Display for TrialError {
 
 impl std::error::Error for TrialError {}
 
-/// Memory of given size and alignment.
+/// Memory with a given size and alignment.
 struct Memory {
     start: *mut u8,
     layout: Layout,
@@ -77,9 +77,9 @@ unsafe impl Send for Memory {}
 pub struct Trial {
     face: BlockFace,
     instance: Memory,
-    /// For each item: memory that it is bound to, if any.
+    /// For each item: memory to which it is bound, if any.
     cells: Vec<Option<Memory>>,
-    /// For each item: true if it is a history that has had a value.
+    /// For each item: true if it is a history that has received a value.
     begun: Vec<bool>,
     /// Time between two invocations; default 1 ms.
     pub period_ns: i64,
@@ -88,10 +88,10 @@ pub struct Trial {
 }
 
 impl Trial {
-    /// Makes an instance of a block of this program. Its ports have their own cells, with the defaults of the inputs, or zeros.
+    /// Creates an instance of a block of this program. Its ports have their own cells, containing the defaults of the inputs, or zeros.
     ///
     /// # Panics
-    /// If the descriptor contradicts `abi`; those made by the derive do not.
+    /// Panics if the descriptor contradicts `abi`; descriptors created by the derive macro do not.
     pub fn new(descriptor: &'static Descriptor) -> Trial {
         match Trial::read(descriptor, &[]) {
             Ok(trial) => trial,
@@ -99,7 +99,7 @@ impl Trial {
         }
     }
 
-    /// Makes an instance of a block whose items have these struct types.
+    /// Creates an instance of a block whose items have these struct types.
     ///
     /// # Errors
     /// Fails if the descriptor contradicts `abi`.
@@ -107,7 +107,7 @@ impl Trial {
         Ok(Trial::of(BlockFace::read(descriptor, types)?))
     }
 
-    /// Makes an instance of a block that has been read.
+    /// Creates an instance of a block whose descriptor has been read.
     pub fn of(face: BlockFace) -> Trial {
         let mut instance = Memory::new(face.instance_size, face.instance_align);
         // SAFETY: a descriptor's image has `instance_size` bytes.
@@ -133,7 +133,7 @@ impl Trial {
     }
 
     /// Sets an input, device channel, parameter, preset, state or size from the bytes of its type. A sized item takes all its elements or
-    /// the number given by the size; a history takes its newest value, or all of them. The first value also fills the earlier ones.
+    /// the number given by the size; a history takes its newest value or all values. The first value set also fills the earlier ones.
     ///
     /// # Errors
     /// Fails if there is no such item, it cannot be set, the length is wrong, or a size is outside its limits.
@@ -165,7 +165,7 @@ impl Trial {
         Ok(())
     }
 
-    /// Sets an item of numbers, all elements in order, converted to its type.
+    /// Sets all elements of a numeric item, in order, converted to its type.
     ///
     /// # Errors
     /// As for [`Trial::set`]; also fails if the item is a struct.
@@ -186,7 +186,7 @@ impl Trial {
         self.set(name, &bytes)
     }
 
-    /// Sets an item of one number.
+    /// Sets an item that consists of one number.
     ///
     /// # Errors
     /// As for [`Trial::set_numbers`].
@@ -194,7 +194,7 @@ impl Trial {
         self.set_numbers(name, &[value])
     }
 
-    /// Returns the bytes of an item: of an output the last stored value, of a condition the last reported one.
+    /// Returns the bytes of an item: the last stored value of an output, or the last reported value of a condition.
     ///
     /// # Errors
     /// Fails if there is no such item, or it is a condition without a value.
@@ -218,7 +218,7 @@ impl Trial {
         numbers(&base, &self.get(name)?).ok_or(TrialError::NotNumbers { item: item.name, type_text: item.type_text })
     }
 
-    /// Returns an item of one number, or the first element of an array.
+    /// Returns an item that consists of one number, or the first element of an array.
     ///
     /// # Errors
     /// As for [`Trial::numbers`].
@@ -227,17 +227,17 @@ impl Trial {
         numbers.first().copied().ok_or_else(|| TrialError::WrongLength { item: name.to_string(), type_text: String::new(), given: 0, wanted: 1 })
     }
 
-    /// Runs one invocation; the next one is `period_ns` later.
+    /// Runs one invocation; the next one is due `period_ns` later.
     ///
     /// # Errors
-    /// Fails if the invocation faulted; only its number has changed then.
+    /// Fails if the invocation faulted; then only the invocation number has changed.
     pub fn run(&mut self) -> Result<(), Fault> {
         // SAFETY: `run_by` gives an instance that is whole.
         self.run_by(|run, instance, invocation| unsafe { run(instance, invocation) })
     }
 
-    /// Runs one invocation through `call`, which calls the entry, as a guard does, and returns the entry's result, or [`outcome::SIGNAL`]
-    /// with the signal above it, 0 for an exceeded budget. After a signal the instance must not be run again.
+    /// Runs one invocation through `call`, which invokes the entry under a guard and returns the entry's result, or [`outcome::SIGNAL`]
+    /// with the signal number in the bits above it (0 for an exceeded budget). After a signal, the instance must not be run again.
     ///
     /// # Errors
     /// As for [`Trial::run`].
@@ -266,7 +266,7 @@ impl Trial {
         }
     }
 
-    /// Returns the conditions that the last invocation reported, in order of declaration.
+    /// Returns the conditions reported by the last invocation, in order of declaration.
     pub fn reported(&self) -> Vec<String> {
         self.face.items.iter().enumerate().filter(|(index, _)| self.reported >> index & 1 == 1).map(|(_, item)| item.name.clone()).collect()
     }
@@ -288,7 +288,7 @@ impl Trial {
         }
     }
 
-    /// Returns the size of an item in bytes at the present block size.
+    /// Returns the size of an item in bytes at the current block size.
     fn present_size(&self, item: &ItemFace) -> usize {
         match (item.sized, self.face.size().and_then(|(_, size)| size.offset)) {
             (true, Some(offset)) => {

@@ -6,7 +6,8 @@ use crate::abi::TypeDescriptor;
 /// A type of ports, parameters and states: the fixed-width integers, `f32`, `f64`, `bool`, arrays, and structs with `#[derive(Type)]`.
 ///
 /// # Safety
-/// It has the layout of the C type that `text` names and no pointers or references: the real-time system copies it bytewise.
+/// The type has the layout of the C type named by `text`, and contains no pointers or references: the real-time system copies it
+/// bytewise.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be the type of an item",
     label = "not a type that an item can have",
@@ -17,9 +18,9 @@ pub unsafe trait Type: Copy + 'static {
     fn text() -> String;
     /// Returns the value with all bytes zero.
     fn zero() -> Self;
-    /// Returns a word whose top bit is set if a floating-point number in the value is infinite or not a number.
+    /// Returns a word whose top bit is set if a floating-point number in the value is infinite or NaN.
     fn nonfinite(&self) -> u64;
-    /// Adds the struct types that it contains to `found`, unless already present.
+    /// Adds the struct types that this type contains to `found`, unless already present.
     fn types(found: &mut Vec<&'static TypeDescriptor>);
 }
 

@@ -3,7 +3,7 @@
 
 use crate::abi::outcome;
 
-/// Copy of the text, made without allocation on the real-time path.
+/// Copy of the text, created without allocation on the real-time path.
 #[derive(Clone, Copy)]
 pub struct What {
     bytes: [u8; outcome::WHAT_MAX],
@@ -11,7 +11,7 @@ pub struct What {
 }
 
 impl What {
-    /// Returns the text belonging to an entry's result; empty if that is not an exception.
+    /// Returns the text that belongs to an entry's result; empty if the result is not an exception.
     ///
     /// # Safety
     /// An entry of a module in this process has returned `result`.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The C package: the programming system's side of OpenGPAC for C programs. `include/opengpac_ps.h` is its manual.
+//! The C package: the programming-system side of OpenGPAC for C programs. `include/opengpac_ps.h` is its manual.
 //!
-//! This crate converts texts and catches panics; every call is [`api::call`].
+//! This crate converts strings and catches panics; every call is [`api::call`].
 use serde_json::Value as Json;
 use std::cell::RefCell;
 use std::ffi::{CStr, CString, c_char, c_int};
@@ -10,7 +10,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 /// A real-time system in this process, opaque to C.
 pub struct OpengpacSystem(api::System);
 
-/// Refusal of this thread's last call: as text, and as JSON.
+/// Refusal of this thread's last call, as text and as JSON.
 struct LastRefusal {
     text: CString,
     json: CString,
@@ -20,7 +20,7 @@ thread_local! {
     static REFUSED: RefCell<LastRefusal> = RefCell::new(LastRefusal { text: CString::default(), json: CString::from(c"[]") });
 }
 
-/// Converts a text for C. An embedded NUL ends the text.
+/// Converts a string to a C string; it ends at the first NUL.
 fn text(of: &str) -> CString {
     let end = of.find('\0').unwrap_or(of.len());
     CString::new(&of[..end]).expect("what is before the first NUL has none")
@@ -32,7 +32,7 @@ fn remember(refusals: &api::Refusals) {
     REFUSED.with_borrow_mut(|refused| *refused = LastRefusal { text: text(&lines.join("\n")), json: text(&json) });
 }
 
-/// Runs a call: a refusal is stored for this thread, and a panic becomes a refusal too, because it must not cross into C.
+/// Runs a call. A refusal is stored for this thread; a panic also becomes a refusal, because it must not unwind into C.
 fn guarded<T>(call: impl FnOnce() -> Result<T, api::Refusals>) -> Option<T> {
     remember(&Vec::new());
     let refusals = match catch_unwind(AssertUnwindSafe(call)) {
@@ -44,7 +44,7 @@ fn guarded<T>(call: impl FnOnce() -> Result<T, api::Refusals>) -> Option<T> {
     None
 }
 
-/// Returns a text from C; NULL counts as empty.
+/// Returns a string from C; NULL counts as an empty string.
 ///
 /// # Safety
 /// `given` is NULL, or is NUL-terminated and does not change during the call.
@@ -56,10 +56,10 @@ unsafe fn given<'a>(given: *const c_char, what: &str) -> Result<&'a str, api::Re
     unsafe { CStr::from_ptr(given) }.to_str().map_err(|_| vec![api::refusal(&format!("{what}: not UTF-8 text"))])
 }
 
-/// Opens a system; returns NULL if it is refused.
+/// Opens a system; returns NULL if this is refused.
 ///
 /// # Safety
-/// Each text is NULL or NUL-terminated.
+/// Each string is NULL or NUL-terminated.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn opengpac_open(name: *const c_char, clock: *const c_char, options: *const c_char) -> *mut OpengpacSystem {
     let opened = guarded(|| {
@@ -70,10 +70,10 @@ pub unsafe extern "C" fn opengpac_open(name: *const c_char, clock: *const c_char
     opened.map_or(std::ptr::null_mut(), |system| Box::into_raw(Box::new(OpengpacSystem(system))))
 }
 
-/// Makes a call; returns JSON text, to be freed by `opengpac_free`, or NULL if the call is refused.
+/// Makes a call; returns JSON text, to be freed with `opengpac_free`, or NULL if the call is refused.
 ///
 /// # Safety
-/// `system` came from `opengpac_open` and is not closed, or is NULL; each text is NULL or NUL-terminated.
+/// `system` came from `opengpac_open` and has not been closed, or is NULL; each string is NULL or NUL-terminated.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn opengpac_call(system: *mut OpengpacSystem, call: *const c_char, arguments: *const c_char) -> *mut c_char {
     let answer = guarded(|| {
@@ -86,29 +86,29 @@ pub unsafe extern "C" fn opengpac_call(system: *mut OpengpacSystem, call: *const
     answer.map_or(std::ptr::null_mut(), |json: Json| text(&json.to_string()).into_raw())
 }
 
-/// Returns the reason why the last call of this thread was refused, as text; valid until the next call.
+/// Returns the reason why the last call on this thread was refused, as text; valid until the next call.
 #[unsafe(no_mangle)]
 pub extern "C" fn opengpac_error() -> *const c_char {
     REFUSED.with_borrow(|refused| refused.text.as_ptr())
 }
 
-/// Returns the refusal of the last call of this thread as JSON.
+/// Returns the refusal of the last call on this thread as JSON.
 #[unsafe(no_mangle)]
 pub extern "C" fn opengpac_error_json() -> *const c_char {
     REFUSED.with_borrow(|refused| refused.json.as_ptr())
 }
 
-/// Returns a descriptor that becomes readable when an instance has ended; -1 for NULL.
+/// Returns a descriptor that becomes readable when an instance has ended; -1 if `system` is NULL.
 ///
 /// # Safety
-/// `system` came from `opengpac_open` and is not closed, or is NULL.
+/// `system` came from `opengpac_open` and has not been closed, or is NULL.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn opengpac_ended_fd(system: *mut OpengpacSystem) -> c_int {
     // SAFETY: guaranteed by the caller.
     unsafe { system.as_ref() }.map_or(-1, |system| system.0.ended_fd())
 }
 
-/// Frees a text of `opengpac_call`.
+/// Frees a string returned by `opengpac_call`.
 ///
 /// # Safety
 /// `text` came from `opengpac_call` and has not been freed, or is NULL.
@@ -123,7 +123,7 @@ pub unsafe extern "C" fn opengpac_free(text: *mut c_char) {
 /// Closes a system and frees it.
 ///
 /// # Safety
-/// `system` came from `opengpac_open` and has not been closed, or is NULL; no other thread is in a call on it.
+/// `system` came from `opengpac_open` and has not been closed, or is NULL; no other thread is executing a call on it.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn opengpac_close(system: *mut OpengpacSystem) {
     if !system.is_null() {

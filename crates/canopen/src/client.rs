@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reads and writes objects of nodes, one after another, outside the cycle.
+//! Reads and writes object dictionary entries of nodes, one at a time, outside the cycle.
 use crate::frame::{Came, Frame};
 use crate::interface::Interface;
 use crate::link::Link;
@@ -11,23 +11,23 @@ use std::fmt;
 use std::io;
 use std::time::{Duration, Instant};
 
-/// Maximum number of frames read before a wait for an answer checks its time: a bus may never be silent.
+/// Maximum number of frames to read before a wait for an answer checks its deadline, because a bus may never be silent.
 const TAKEN_MAX: usize = 4096;
 
-/// An end of a bus that receives answers of SDO servers.
+/// Endpoint of a bus that receives the answers of SDO servers.
 pub struct Client {
     link: Box<dyn Link>,
     answer: Duration,
 }
 
-/// Reason why an object could not be read or written.
+/// Reason why an object dictionary entry could not be read or written.
 #[derive(Debug)]
 pub enum SdoError {
-    /// The node does not answer.
+    /// The node did not answer.
     Silent,
-    /// The node refuses, with this code.
+    /// The node aborted the transfer with this code.
     Aborted(u32),
-    /// The node violates the protocol.
+    /// The node violated the protocol.
     Broken,
     Link(io::Error),
 }
@@ -44,7 +44,7 @@ impl fmt::Display for SdoError {
 }
 
 impl Client {
-    /// Opens an end; `answer` is the time limit for each answer of a node.
+    /// Opens an endpoint; `answer` is the time limit for each answer from a node.
     ///
     /// # Errors
     /// Fails as [`Interface::open`] does.
@@ -52,18 +52,18 @@ impl Client {
         Ok(Client { link: interface.open(&[(0x580, 0x780)])?, answer })
     }
 
-    /// Reads an object of a node.
+    /// Reads an object dictionary entry of a node.
     ///
     /// # Errors
-    /// Fails if the node does not answer, or refuses.
+    /// Fails if the node does not answer or aborts the transfer.
     pub fn upload(&mut self, node: u8, of: Entry) -> Result<Vec<u8>, SdoError> {
         self.transfer(node, Transfer::upload(of))
     }
 
-    /// Writes an object of a node.
+    /// Writes an object dictionary entry of a node.
     ///
     /// # Errors
-    /// Fails if the node does not answer, or refuses.
+    /// Fails if the node does not answer or aborts the transfer.
     pub fn download(&mut self, node: u8, of: Entry, value: &[u8]) -> Result<(), SdoError> {
         self.transfer(node, Transfer::download(of, value)).map(drop)
     }
@@ -71,7 +71,7 @@ impl Client {
     /// Sends any other frame.
     ///
     /// # Errors
-    /// Fails if the interface is down, or its queue is full.
+    /// Fails if the interface is down or its queue is full.
     pub fn send(&mut self, frame: &Frame) -> io::Result<()> {
         self.link.send(frame)
     }
@@ -112,7 +112,7 @@ impl Client {
         }
     }
 
-    /// Returns the next answer of this node, after at most [`TAKEN_MAX`] other frames.
+    /// Returns the next answer from this node, after at most [`TAKEN_MAX`] other frames.
     fn next(&mut self, node: u8) -> Result<Option<[u8; 8]>, SdoError> {
         for _ in 0..TAKEN_MAX {
             let Some(came) = self.link.receive().map_err(SdoError::Link)? else { break };
@@ -126,7 +126,7 @@ impl Client {
         Ok(None)
     }
 
-    /// Returns the nodes of the bus that answer a request for their type, each with its type.
+    /// Returns the nodes on the bus that answer a request for their device type, each with its type.
     ///
     /// # Errors
     /// Fails if the interface is down.

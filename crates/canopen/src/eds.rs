@@ -1,42 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Electronic data sheets by CiA 306: the file that a vendor supplies with a device, which names its objects.
+//! Electronic data sheets (CiA 306): the file that a vendor supplies with a device, which describes its object dictionary.
 use crate::pdo::Word;
 use cia402::Entry;
 use std::collections::BTreeMap;
 
-/// Description of a device in a file.
+/// Description of a device, read from a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Eds {
-    /// Vendor in object 0x1018; `None` if the file does not contain it.
+    /// Vendor ID for object 0x1018; `None` if the file does not contain it.
     pub vendor: Option<u32>,
     pub product: Option<u32>,
     pub product_name: String,
     objects: BTreeMap<(u16, u8), Object>,
 }
 
-/// An object of the device.
+/// An object dictionary entry of the device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Object {
-    /// Name; for an entry of a record or an array, the names of both: `Identity object.Vendor-ID`.
+    /// Name; for a member of a record or array, both names, such as `Identity object.Vendor-ID`.
     pub name: String,
     pub kind: DataType,
     pub is_mappable: bool,
-    /// Default in the form of the file: a number, a text, or an expression with `$NODEID`.
+    /// Default value as written in the file: a number, a string, or an expression with `$NODEID`.
     default: String,
 }
 
-/// Number of a type in CiA 301.
+/// Data type number of CiA 301.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DataType(pub u16);
 
 type Section<'a> = BTreeMap<String, &'a str>;
 
-/// Types of objects, as declared in a section.
+/// Object codes, as declared in a section.
 const ARRAY: u32 = 8;
 const RECORD: u32 = 9;
 
 impl DataType {
-    /// Returns the number of bits of a numeric type; `None` if it is a text, a domain, or of another length.
+    /// Returns the number of bits of a numeric type; `None` for a string, a domain, or a number of unsupported length.
     pub fn bits(self) -> Option<u64> {
         match self.0 {
             1 | 2 | 5 => Some(8),
@@ -53,10 +53,10 @@ impl DataType {
 }
 
 impl Eds {
-    /// Parses a file. Text that is not UTF-8 is read as Latin-1, in which many files are written.
+    /// Parses a file. Text that is not valid UTF-8 is read as Latin-1, in which many files are written.
     ///
     /// # Errors
-    /// Fails with a message that names the section if the file is not an EDS, or an object is not readable.
+    /// Fails with a message that names the section if the file is not an EDS or an object cannot be parsed.
     pub fn read(bytes: &[u8]) -> Result<Eds, String> {
         let text = std::str::from_utf8(bytes).map_or_else(|_| bytes.iter().copied().map(char::from).collect(), str::to_owned);
         let sections = sections(&text)?;
@@ -89,7 +89,7 @@ impl Eds {
         Ok(())
     }
 
-    /// Adds the entries that one line represents, all of the type of their array; another section may name them.
+    /// Adds the entries that one line represents, all with the type of their array; another section may define their names.
     fn take_compact(&mut self, index: u16, name: &str, title: &str, section: &Section<'_>, (count, names): (u8, Option<&Section<'_>>)) -> Result<(), String> {
         let entries = Object { name: format!("{title}.NrOfObjects"), kind: DataType(5), is_mappable: false, default: count.to_string() };
         self.objects.insert((index, 0), entries);
@@ -100,17 +100,17 @@ impl Eds {
         Ok(())
     }
 
-    /// Returns the object at an entry.
+    /// Returns the object dictionary entry at an index and subindex.
     pub fn object(&self, of: Entry) -> Option<&Object> {
         self.objects.get(&(of.index, of.sub))
     }
 
-    /// Returns all objects, in the order of their entries.
+    /// Returns all object dictionary entries in order.
     pub fn objects(&self) -> impl Iterator<Item = (Entry, &Object)> {
         self.objects.iter().map(|((index, sub), object)| (Entry { index: *index, sub: *sub }, object))
     }
 
-    /// Returns the object of a name, ignoring case.
+    /// Returns the object with this name, ignoring case.
     ///
     /// # Errors
     /// Fails with a message if the name is unknown or ambiguous.
@@ -129,7 +129,7 @@ impl Eds {
         }
     }
 
-    /// Returns the default value of an object as a number, for the node of this number.
+    /// Returns the default value of an object as a number, for the node with this number.
     pub fn default_of(&self, of: Entry, node: u8) -> Option<i64> {
         let text = self.object(of)?.default.replace(' ', "").to_lowercase();
         if !text.contains("$nodeid") {
@@ -148,7 +148,7 @@ impl Eds {
     }
 }
 
-/// Returns the sections of a file by lower-case name, each with its lines by lower-case key.
+/// Returns the sections of a file by lower-case name, each with its values by lower-case key.
 fn sections(text: &str) -> Result<BTreeMap<String, Section<'_>>, String> {
     let mut sections = BTreeMap::<String, Section<'_>>::new();
     let mut current = None;
@@ -170,7 +170,7 @@ fn sections(text: &str) -> Result<BTreeMap<String, Section<'_>>, String> {
     Ok(sections)
 }
 
-/// Returns the index of a section that describes an object: four digits.
+/// Parses the name of a section that describes an object: an index of four digits.
 fn index_of(name: &str) -> Option<u16> {
     (name.len() == 4).then(|| u16::from_str_radix(name, 16).ok()).flatten()
 }

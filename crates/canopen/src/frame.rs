@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! CAN frames in the form of SocketCAN: 16 bytes each.
+//! CAN frames in the SocketCAN format: 16 bytes each.
 
 /// Size of a frame on a socket, bytes.
 pub const FRAME_LEN: usize = 16;
-/// Bits of an identifier on a socket: 29-bit identifier, remote request, report about the bus.
+/// Flags of an identifier on a socket: 29-bit identifier, remote request, bus report.
 pub const EXTENDED: u32 = 0x8000_0000;
 pub const REMOTE: u32 = 0x4000_0000;
 pub const ERROR: u32 = 0x2000_0000;
 const STANDARD_MAX: u32 = 0x7FF;
-/// Classes of reports, and the content of the second byte of the one about the controller.
+/// Classes of bus reports, and values of the second byte of a report about the controller.
 pub const CONTROLLER: u32 = 0x0004;
 pub const BUS_OFF: u32 = 0x0040;
 pub const RESTARTED: u32 = 0x0100;
@@ -23,16 +23,16 @@ pub struct Frame {
     data: [u8; 8],
 }
 
-/// Frame or error from a socket.
+/// Frame or bus report from a socket.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Came {
     Frame(Frame),
-    /// A report about the bus: its classes, and the state of the controller.
+    /// A bus report: its classes, and the state of the controller.
     Report {
         classes: u32,
         controller: u8,
     },
-    /// Bytes that are not a CANopen frame: 29 bits, a request, longer than 8 bytes, or incomplete.
+    /// Bytes that are not a CANopen frame: a 29-bit identifier, a remote request, more than 8 bytes, or an incomplete frame.
     Strange,
 }
 
@@ -49,7 +49,7 @@ impl Frame {
         &self.data[..usize::from(self.len)]
     }
 
-    /// Returns the frame in the form of a socket.
+    /// Returns the frame in the socket format.
     pub fn encoded(&self) -> [u8; FRAME_LEN] {
         let mut all = [0; FRAME_LEN];
         all[..4].copy_from_slice(&u32::from(self.id).to_ne_bytes());
@@ -73,7 +73,7 @@ pub fn read(bytes: &[u8]) -> Came {
     Came::Frame(Frame::new(id as u16, &all[8..8 + usize::from(len)]))
 }
 
-/// Returns a report about the bus in the form of a socket.
+/// Returns a bus report in the socket format.
 pub fn report(classes: u32, controller: u8) -> [u8; FRAME_LEN] {
     let mut all = [0; FRAME_LEN];
     all[..4].copy_from_slice(&(ERROR | classes).to_ne_bytes());

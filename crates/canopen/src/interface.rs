@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Interface of a bus. `can0` is a SocketCAN interface, `local:NAME` a local socket on which an emulated bus answers, `emulated:NAME` an
+//! Interface to a bus. `can0` is a SocketCAN interface, `local:NAME` a local socket on which an emulated bus answers, `emulated:NAME` an
 //! emulated bus of this process, and `emulated` a private one.
 use crate::emulator::{Bus, NodeOptions, SharedBus, Within, published};
 use crate::link::{Link, Socket};
@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 const EMULATED: &str = "emulated";
 
-/// Interface of a bus.
+/// Interface to a bus.
 #[derive(Clone)]
 pub enum Interface {
     Named(String),
@@ -17,15 +17,15 @@ pub enum Interface {
 }
 
 impl Interface {
-    /// Returns the interface of a name. A private emulated bus has these nodes.
+    /// Returns the interface with this name. A private emulated bus has these nodes.
     pub fn of(interface: &str, nodes: impl FnOnce() -> Vec<NodeOptions>) -> Interface {
         if interface == EMULATED { Interface::Own(SharedBus::new(Bus::new(&nodes()))) } else { Interface::Named(interface.to_owned()) }
     }
 
-    /// Opens an end that receives these identifiers, each with a mask. Reports about the bus are always received.
+    /// Opens an endpoint that receives these identifiers, each with a mask. Bus reports are always received.
     ///
     /// # Errors
-    /// Fails if there is no such interface, or no bus answers there.
+    /// Fails if the interface does not exist, or no bus answers on it.
     pub fn open(&self, heard: &[(u16, u16)]) -> io::Result<Box<dyn Link>> {
         match self {
             Interface::Own(bus) => Ok(Box::new(Within::new(bus.clone(), heard))),

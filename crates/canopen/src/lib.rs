@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! CANopen: drives by CiA 402 as axes, modules of inputs and outputs by CiA 401, and an emulated bus that replaces them.
+//! CANopen: CiA 402 drives as axes, CiA 401 input and output modules, and an emulated bus that replaces them.
 //!
 //! | | |
 //! |---|---|
-//! | [`frame`], [`message`], [`sdo`], [`nmt`], [`pdo`] | CAN frames and their content by CiA 301: functions over bytes |
+//! | [`frame`], [`message`], [`sdo`], [`nmt`], [`pdo`] | CAN frames and their content according to CiA 301: functions on bytes |
 //! | [`link`], [`interface`] | carriers of frames: SocketCAN, a local socket, an emulated bus of this process |
 //! | [`eds`] | electronic data sheets: the objects of a device by name |
 //! | [`client`] | reads and writes objects of nodes outside the cycle |

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages in the frames of a node, by the predefined connection set of CiA 301.
+//! Messages in a node's frames, according to the predefined connection set of CiA 301.
 use crate::frame::Frame;
 use crate::nmt::NodeState;
 
-/// Message of a node.
+/// Message from a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Message<'a> {
-    /// Report of an error, or (code 0) of its end.
+    /// Report of an error, or, with code 0, of its end.
     Emergency {
         node: u8,
         code: u16,
@@ -17,7 +17,7 @@ pub enum Message<'a> {
         number: u8,
         bytes: &'a [u8],
     },
-    /// An answer of its SDO server.
+    /// Answer of the node's SDO server.
     Sdo {
         node: u8,
         bytes: [u8; 8],
@@ -28,7 +28,7 @@ pub enum Message<'a> {
     },
 }
 
-/// Parses a frame; returns `None` if it is none of these messages, or has another length. Real-time safe.
+/// Parses a frame; returns `None` if it is not one of these messages or has the wrong length. Real-time safe.
 pub fn read(frame: &Frame) -> Option<Message<'_>> {
     let node = (frame.id & 0x7F) as u8;
     let bytes = frame.bytes();
@@ -45,7 +45,7 @@ pub fn read(frame: &Frame) -> Option<Message<'_>> {
     }
 }
 
-/// Returns the meaning of an emergency's code, in the classes of CiA 301; a drive's own are named by `cia402`.
+/// Returns the meaning of an emergency error code in the classes of CiA 301; `cia402` names the codes of drives.
 pub fn emergency_name(code: u16) -> &'static str {
     match code {
         0x8110 => "CAN overrun: messages were lost",

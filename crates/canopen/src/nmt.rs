@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Network management: states of nodes, and the commands that change them.
+//! Network management (NMT): states of nodes, and the commands that change them.
 use crate::frame::Frame;
 use std::fmt;
 
@@ -9,7 +9,7 @@ pub const NODE_MAX: u8 = 127;
 /// State of a node, as reported by its heartbeat.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NodeState {
-    /// The node has just started: its boot-up message.
+    /// The node has just started and sent its boot-up message.
     BootUp = 0,
     Stopped = 4,
     Operational = 5,
@@ -63,18 +63,18 @@ impl Command {
         Command::ALL.into_iter().find(|(_, of)| *of == name).map(|(command, _)| command)
     }
 
-    /// Returns the frame that sends the command to a node.
+    /// Returns the frame that sends this command to a node.
     pub fn frame(self, node: u8) -> Frame {
         Frame::new(0, &[self as u8, node])
     }
 }
 
-/// Returns the heartbeat of a node.
+/// Returns the heartbeat frame of a node.
 pub fn heartbeat(node: u8, state: NodeState) -> Frame {
     Frame::new(0x700 + u16::from(node), &[state as u8])
 }
 
-/// Returns the frame for which synchronous process data wait.
+/// Returns the frame that triggers synchronous process data.
 pub fn sync() -> Frame {
     Frame::new(0x080, &[])
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Process data objects: the objects of a drive that they carry, and the position of each.
+//! Process data objects (PDOs): the drive objects that they carry, and the position of each.
 use cia402::{Entry, Mode};
 
-/// An object in a PDO: index, subindex and bits in one number, as in a mapping.
+/// An object in a PDO: its index, subindex and length in bits, packed into one number as in a mapping.
 pub type Word = u32;
 
 pub const CONTROL: Word = 0x6040_0010;
@@ -19,7 +19,7 @@ pub const PDOS: usize = 4;
 /// Maximum length of a PDO, bytes.
 pub const LEN_MAX: usize = 8;
 
-/// One PDO of a node: its objects in their order, at most 8 bytes.
+/// One PDO of a node: its objects in order, at most 8 bytes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Pdo {
     pub words: Vec<Word>,
@@ -58,7 +58,7 @@ pub fn is_optional(word: Word) -> bool {
     matches!(word, TORQUE | VELOCITY | ERROR | MODE | MODE_SHOWN)
 }
 
-/// Returns the entry of an object.
+/// Returns the object dictionary entry of a mapped object.
 pub fn entry(word: Word) -> Entry {
     Entry { index: (word >> 16) as u16, sub: (word >> 8) as u8 }
 }
@@ -80,7 +80,7 @@ impl Pdo {
     }
 }
 
-/// Returns the length of an object in bytes.
+/// Returns the length of a mapped object in bytes.
 pub fn len(word: Word) -> usize {
     (word & 0xFF) as usize / 8
 }

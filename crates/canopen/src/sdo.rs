@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Client side of the transfer of an object: expedited, or in segments. These are functions over bytes; nothing here waits.
+//! Client side of an object transfer (SDO), expedited or segmented. These are functions on bytes; none of them blocks.
 use cia402::Entry;
 
 /// Maximum length of a value accepted from a node.
@@ -22,26 +22,26 @@ pub struct Transfer {
 #[derive(Debug)]
 enum Doing {
     Upload,
-    /// Upload: the bytes so far, and the announced number.
+    /// Upload: the bytes received so far, and the total number that the node declared.
     Uploading(Vec<u8>, Option<usize>),
     Download(Vec<u8>),
-    /// Download: the value, and the number of bytes sent.
+    /// Download: the value, and the number of bytes already sent.
     Downloading(Vec<u8>, usize),
     Over,
 }
 
-/// Result of an answer.
+/// Effect of an answer on a transfer.
 #[derive(Debug, PartialEq, Eq)]
 pub enum SdoOutcome {
     /// The transfer continues with this request.
     Next([u8; 8]),
     /// The transfer is complete; an upload returns this value.
     Done(Vec<u8>),
-    /// The node refuses, with this code.
+    /// The node aborted the transfer with this code.
     Aborted(u32),
-    /// The frame is not an answer to the request; the transfer is unchanged.
+    /// The frame is not an answer to the request; the transfer continues unchanged.
     Strange,
-    /// The node violates the protocol, and is sent this code.
+    /// The node violated the protocol; this abort code must be sent to it.
     Broken(u32),
 }
 
@@ -64,7 +64,7 @@ impl Transfer {
         (Transfer { of, doing: Doing::Download(value.to_vec()), toggle: false }, request)
     }
 
-    /// Processes an answer.
+    /// Processes an answer from the node.
     pub fn answer(&mut self, bytes: &[u8; 8]) -> SdoOutcome {
         let command = bytes[0] >> 5;
         let names = self.names(bytes);

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The brake of an axis whose drive does not control it by itself: a digital output, and the conditions of its release.
+//! Brake of an axis whose drive does not control the brake itself: a digital output, and the conditions for releasing the brake.
 //!
 //! The brake is released only while the motor holds the axis, and the motor holds the axis until the brake has closed.
 use crate::objects::Entry;
 use device::{Kind, OptionWord};
 use serde::Deserialize;
 
-/// Digital outputs of a drive by CiA 402, and the mask of those that the controller sets.
+/// Digital outputs of a CiA 402 drive, and the mask of the outputs that the controller sets.
 const OUTPUTS: u16 = 0x60FE;
 const MASK: u8 = 2;
-/// Object of the quick-stop option, and the value for which the motor holds after the ramp.
+/// Quick-stop option code object, and the value with which the motor holds the axis after the ramp.
 const QUICK_STOP_OPTION: Entry = Entry { index: 0x605A, sub: 0 };
 const STAYS_IN_QUICK_STOP: i16 = 6;
 
@@ -29,21 +29,21 @@ pub struct BrakeOptions {
     pub index: u16,
     pub sub: u8,
     pub bit: u8,
-    /// True if the bit is 1 when the brake is released; otherwise it is 1 when the brake is closed.
+    /// True if the bit is 1 to release the brake; otherwise it is 1 to close the brake.
     pub released_by_one: bool,
-    /// Times that the brake takes to open and to close.
+    /// Time that the brake takes to open, and time that it takes to close.
     pub release_ns: u32,
     pub close_ns: u32,
 }
 
 impl BrakeOptions {
-    /// Returns the object of the brake's output, all 32 bits of it.
+    /// Returns the object of the brake's output, all 32 bits.
     pub fn object(&self) -> Entry {
         Entry { index: self.index, sub: self.sub }
     }
 
-    /// Returns the settings that are written before the drive operates, if it has them: the output closed, then the controller's control
-    /// of its bit, then the motor's holding after a quick stop.
+    /// Returns the settings to write to the drive, if it supports them, before it goes operational. First the brake is closed, then its
+    /// output bit is assigned to the controller, then the motor is set to hold after a quick stop.
     pub fn settings(&self) -> Vec<(Entry, Vec<u8>)> {
         let closed = (self.object(), Brake::new(*self).word().to_le_bytes().to_vec());
         let mask = (Entry { index: OUTPUTS, sub: MASK }, (1u32 << self.bit).to_le_bytes().to_vec());
@@ -63,23 +63,23 @@ impl Default for BrakeOptions {
 pub struct Brake {
     options: BrakeOptions,
     is_released: bool,
-    /// Time since its command changed, s.
+    /// Time since the brake command changed, s.
     since_s: f64,
 }
 
 impl Brake {
-    /// Creates a closed brake.
+    /// Creates a brake that is closed.
     pub fn new(options: BrakeOptions) -> Brake {
         Brake { options, is_released: false, since_s: f64::INFINITY }
     }
 
-    /// Sets whether the brake is to be released, for a time.
+    /// Sets the brake command for the next `span_s`: released or closed.
     pub fn tell(&mut self, released: bool, span_s: f64) {
         self.since_s = if released == self.is_released { self.since_s + span_s } else { 0.0 };
         self.is_released = released;
     }
 
-    /// Returns the value of its object.
+    /// Returns the value of the brake's object.
     pub fn word(&self) -> u32 {
         u32::from(self.is_released == self.options.released_by_one) << self.options.bit
     }
@@ -89,7 +89,7 @@ impl Brake {
         self.is_released && self.since_s >= f64::from(self.options.release_ns) * 1e-9
     }
 
-    /// Returns true if the brake is closed, so that the motor may let go.
+    /// Returns true if the brake is closed, so that the motor may release the axis.
     pub fn is_closed(&self) -> bool {
         !self.is_released && self.since_s >= f64::from(self.options.close_ns) * 1e-9
     }

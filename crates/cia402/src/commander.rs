@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Command side of a drive: determines its control word, mode and target in each cycle.
+//! Command side of a drive: determines control word, mode and target in each cycle.
 use crate::brake::{Brake, BrakeOptions};
 use crate::homing::{ANSWERS, Homing, HomingState, HomingStep};
 use crate::states::{DISABLE_VOLTAGE, DriveState, ENABLE, Mode, QUICK_STOP, RESET};
@@ -8,7 +8,7 @@ use crate::states::{DISABLE_VOLTAGE, DriveState, ENABLE, Mode, QUICK_STOP, RESET
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
     pub mode: Mode,
-    /// Counts per unit of position, negative for the opposite direction.
+    /// Counts per unit of position; negative if the directions are opposite.
     pub counts: f64,
     /// Counts at position 0.
     pub offset: f64,
@@ -23,15 +23,15 @@ pub struct Scale {
 pub struct DriveCommand {
     pub control: u16,
     pub mode: Mode,
-    /// Target in the drive's own units; for a torque only 16 bits are used.
+    /// Target in the drive's own units; only 16 bits are used for a torque.
     pub target: i32,
     /// Value of the brake's output; `None` if there is no brake, or the drive controls it.
     pub brake: Option<u32>,
 }
 
-/// Decides on the commands to a drive. The drive is switched on while it is engaged, its target begins at its position, and it comes to
-/// rest when it is stopped. A brake is released only while the motor holds the axis, and the motor holds the axis until the brake has
-/// closed.
+/// Determines the commands to a drive. The drive is switched on while it is engaged, its target starts at its current position, and it
+/// comes to rest when it is stopped. A brake is released only while the motor holds the axis, and the motor holds the axis until the
+/// brake has closed.
 #[derive(Clone, Debug)]
 pub struct Commander {
     scale: Scale,
@@ -39,20 +39,20 @@ pub struct Commander {
     state: DriveState,
     /// Mode reported by the drive.
     mode: i8,
-    /// Actual and commanded position, counts.
+    /// Actual position, and commanded position, counts.
     position: f64,
     target: f64,
-    /// True if the axis has been engaged, and is kept in operation until it is stopped.
+    /// True if the axis has been engaged, and stays enabled until it is stopped.
     is_wanted: bool,
     /// True if the axis is stopped until it is engaged again.
     is_stopped: bool,
     /// True if the axis was engaged in the last cycle.
     was_engaged: bool,
-    /// True if the axis has been in operation since it was engaged.
+    /// True if operation has been enabled since the axis was engaged.
     was_enabled: bool,
-    /// Time for which the axis has been engaged without reaching operation, s.
+    /// Time for which the axis has been engaged without reaching operation enabled, s.
     awaited_s: f64,
-    /// Number of cycles for which a status "in operation" may still date from before the command to leave it.
+    /// Number of cycles during which the status "operation enabled" may still be older than the command to disable operation.
     stale: u32,
     resets: bool,
     homing: Option<Homing>,
@@ -60,7 +60,7 @@ pub struct Commander {
     brake: Option<Brake>,
 }
 
-/// Maximum speed of any axis in any unit: its product with a time remains finite.
+/// Maximum speed of any axis in any unit; its product with a time is still finite.
 const SPEED_MAX: f64 = 1e15;
 
 impl Commander {
@@ -85,7 +85,7 @@ impl Commander {
         }
     }
 
-    /// Processes the status word, the position (counts), and the reported mode; 0 if the drive does not report it.
+    /// Processes the status word, the position (counts), and the reported mode (0 if the drive does not report it).
     pub fn see(&mut self, status: u16, position: i32, mode: i8) {
         (self.status, self.state, self.position, self.mode) = (status, DriveState::of(status), f64::from(position), mode);
         let is_enabled = self.state == DriveState::OperationEnabled;
@@ -105,12 +105,12 @@ impl Commander {
         self.state
     }
 
-    /// Returns the position in units.
+    /// Returns the position in the unit of position.
     pub fn position(&self) -> f64 {
         (self.position - self.scale.offset) / self.scale.counts
     }
 
-    /// Converts a velocity to units per second.
+    /// Converts a velocity from counts per second to units of position per second.
     pub fn velocity(&self, counts: i32) -> f64 {
         f64::from(counts) / self.scale.counts
     }
@@ -120,37 +120,38 @@ impl Commander {
         f64::from(thousandths) * 1e-3 * self.scale.rated_torque * self.scale.counts.signum()
     }
 
-    /// Returns true if the drive has a fault, and no reset is pending.
+    /// Returns true if the drive has a fault and no reset is pending.
     pub fn is_faulty(&self) -> bool {
         matches!(self.state, DriveState::Fault | DriveState::FaultReaction) && !self.resets
     }
 
-    /// Returns true if the axis has to move or to hold.
+    /// Returns true if the axis is to move or to hold its position.
     pub fn is_wanted(&self) -> bool {
         self.is_wanted
     }
 
-    /// Returns true if the drive has left operation without a command: by itself, by its own watchdog, or by an input of its own.
+    /// Returns true if the drive has disabled operation without a command: by itself, because of its watchdog, or because of one of its
+    /// inputs.
     pub fn has_dropped(&self) -> bool {
         self.was_enabled && self.is_wanted && self.state != DriveState::OperationEnabled
     }
 
-    /// Returns true if the axis follows its commands: it is in operation, and its brake is released.
+    /// Returns true if the axis follows its commands: its operation is enabled, and its brake is released.
     pub fn is_operating(&self) -> bool {
         self.was_enabled && self.state == DriveState::OperationEnabled && self.brake.is_none_or(|brake| brake.is_open())
     }
 
-    /// Returns the time for which the axis has been engaged without reaching operation, s; 0 afterwards.
+    /// Returns the time for which the axis has been engaged without reaching operation enabled, s; 0 once it has been reached.
     pub fn awaited_s(&self) -> f64 {
         self.awaited_s
     }
 
-    /// Resets a fault with the next command.
+    /// Requests a fault reset with the next command.
     pub fn reset(&mut self) {
         (self.resets, self.awaited_s) = (true, 0.0);
     }
 
-    /// Starts homing. Called only while the axis is not engaged.
+    /// Starts homing. Must be called only while the axis is not engaged.
     pub fn home(&mut self) {
         (self.is_wanted, self.was_enabled, self.is_stopped, self.awaited_s) = (false, false, false, 0.0);
         (self.homing, self.homed) = (Some(Homing::default()), HomingState::GoingOn);
@@ -176,7 +177,7 @@ impl Commander {
         (self.is_wanted, self.is_stopped, self.was_enabled, self.awaited_s) = (false, true, false, 0.0);
     }
 
-    /// Returns the command until the next cycle, which follows after `span_s`. Real-time safe.
+    /// Returns the command for the next cycle, which starts after `span_s`. Real-time safe.
     pub fn tell(&mut self, command: f64, is_engaged: bool, span_s: f64) -> DriveCommand {
         self.is_stopped &= !is_engaged || self.was_engaged;
         self.was_engaged = is_engaged;
@@ -200,14 +201,14 @@ impl Commander {
         self.told(target)
     }
 
-    /// Returns the command without a new target: the axis stays at rest. Real-time safe.
+    /// Returns a command without a new target, so that the axis stays at rest. Real-time safe.
     pub fn tell_idle(&mut self) -> DriveCommand {
         self.target = self.position;
         self.told(self.rest())
     }
 
-    /// Returns the command that another process sends if this one has exited: a quick stop, with the brake closed. No drive follows its
-    /// target during a quick stop; one that did would keep its position.
+    /// Returns the command that another process sends after this one has exited: a quick stop, with the brake closed. Drives do not
+    /// follow their target during a quick stop; one that did would hold its position.
     pub fn last_words(&self) -> DriveCommand {
         let closed = self.brake.map(|mut brake| {
             brake.tell(false, 0.0);
@@ -261,7 +262,7 @@ impl Commander {
         matches!(self.state, DriveState::OperationEnabled | DriveState::QuickStopActive)
     }
 
-    /// Returns the target, which moves no further than the maximum speed allows in the time.
+    /// Returns the target, limited to the distance that the maximum speed allows in this time.
     fn target(&mut self, command: Option<f64>, span_s: f64) -> f64 {
         let Scale { mode, counts, offset, speed_max, rated_torque } = self.scale;
         match mode {

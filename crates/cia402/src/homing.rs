@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Homing by the drive: determines the commands in each cycle until it is home, and interprets the answers.
+//! Homing performed by the drive: determines the commands in each cycle until homing is complete, and interprets the answers.
 use crate::states::{DriveState, ENABLE, Mode};
 
 /// Bit of the control word in mode 6 that starts homing on its rising edge.
 const START: u16 = 0x10;
-/// Bits of the status word in mode 6: target reached, home found, homing failed.
+/// Bits of the status word in mode 6: target reached, homing attained, homing error.
 const REACHED: u16 = 1 << 10;
 const ATTAINED: u16 = 1 << 12;
 const ERROR: u16 = 1 << 13;
-/// Number of cycles that must pass before an answer refers to the start, and not to the state before it.
+/// Number of cycles that must elapse before an answer refers to the start of homing, not to the previous state.
 pub(crate) const ANSWERS: u32 = 8;
 
 /// State of a drive during homing.
 #[derive(Clone, Debug, Default)]
 pub struct Homing {
-    /// Number of cycles in mode 6 and in operation.
+    /// Number of cycles with operation enabled in mode 6.
     cycles: u32,
 }
 
-/// State of homing, as shown in the axis's channel.
+/// State of homing, as shown by the channel of the axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum HomingState {
     #[default]
@@ -31,11 +31,11 @@ pub enum HomingState {
 /// Next step of homing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum HomingStep {
-    /// Send this control word, in mode 6.
+    /// Sends this control word in mode 6.
     Tell(u16),
-    /// The drive is home.
+    /// Homing is complete.
     Attained,
-    /// The drive has not found home, or has a fault.
+    /// Homing has failed, or the drive has a fault.
     Failed,
 }
 

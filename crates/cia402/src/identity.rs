@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Compares the identity of a device on a bus with the options, and with the device that first answered there.
+//! Compares the identity of a device on a bus with the options, and with the device that was first found at that address.
 //!
-//! Cables and node numbers get mixed up. No later check notices that commands of an axis named 'gripper' reach the spindle, so devices
-//! are identified before they are configured.
+//! Cables and node numbers get mixed up. No later check would notice that commands for an axis named 'gripper' reach the spindle, so
+//! devices are identified before they are configured.
 use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Mutex, PoisonError};
 
-/// Identity reported by a device; 0 for numbers that it does not report.
+/// Identity reported by a device; numbers that it does not report are 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Identity {
     pub vendor: u32,
     pub product: u32,
     pub revision: u32,
     pub serial: u32,
-    /// Station alias of EtherCAT.
+    /// EtherCAT station alias.
     pub alias: u16,
 }
 
-/// Identity expected by the options; omitted numbers are not compared.
+/// Identity that the options require; omitted numbers are not compared.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ExpectedIdentity {
     pub vendor: Option<u32>,
@@ -28,7 +28,7 @@ pub struct ExpectedIdentity {
     pub alias: Option<u16>,
 }
 
-/// Identities found at the first opening, by location on a bus. They outlive the driver, because a reset creates a new one.
+/// Identities found when a bus was first opened, by location on the bus. They outlive the driver, because a reset creates a new driver.
 static FIRST: Mutex<Option<HashMap<String, Identity>>> = Mutex::new(None);
 
 impl fmt::Display for Identity {
@@ -39,7 +39,7 @@ impl fmt::Display for Identity {
 }
 
 impl ExpectedIdentity {
-    /// Returns the first number in which `found` differs: option, expected, found.
+    /// Returns the first number that differs from `found`, as (option, expected value, found value).
     fn difference(&self, found: &Identity) -> Option<(&'static str, u32, u32)> {
         let compared = [
             ("vendor", self.vendor, found.vendor),
@@ -52,21 +52,21 @@ impl ExpectedIdentity {
     }
 }
 
-/// One device of a bus that is being opened.
+/// A device on a bus that is being opened.
 #[derive(Clone, Debug)]
 pub struct BusDevice {
-    /// Name in errors: `axis 'gripper' at place 1`.
+    /// Name used in errors: `axis 'gripper' at place 1`.
     pub title: String,
-    /// Key of its location for the next opening: bus, position or node, name of the axis.
+    /// Key of the device's location, for the next time the bus is opened: bus, position or node, name of the axis.
     pub place: String,
     pub expected: ExpectedIdentity,
     pub found: Identity,
 }
 
-/// Compares the devices of a bus with the options and with its first opening; if all match, stores the new ones.
+/// Compares the devices of a bus with the options and with those found when the bus was first opened; if all match, stores the new ones.
 ///
 /// # Errors
-/// Fails with a message that names the first mismatching device, and the present location of the right one.
+/// Fails with a message that names the first mismatching device, and the current location of the expected one.
 pub fn check(devices: &[BusDevice]) -> Result<(), String> {
     let mut first = FIRST.lock().unwrap_or_else(PoisonError::into_inner);
     let first = first.get_or_insert_default();

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Drives by CiA 402, on any bus: EtherCAT carries the same objects as CANopen.
+//! CiA 402 drives, on any bus: EtherCAT uses the same objects as CANopen.
 //!
 //! | | |
 //! |---|---|
-//! | [`DriveState`], [`Mode`], [`error_name`] | states, modes, errors by name |
-//! | [`Commander`], [`Brake`], [`Homing`] | the command side: control words and targets without jumps, and without a falling load |
-//! | [`axis`] | an axis of a driver: its options, its channels, its services |
-//! | [`identity`] | identification of the device at a location on a bus, and check that it is the right one |
-//! | [`Entry`], [`abort_name`] | an object's entry, and reasons why a device refuses an access to it |
-//! | [`emulated`] | an emulated drive: its objects, its state machine, and a motor that follows; the server of a bus of them |
+//! | [`DriveState`], [`Mode`], [`error_name`] | states, modes, and names of errors |
+//! | [`Commander`], [`Brake`], [`Homing`] | the command side: control words and targets, without setpoint jumps or dropped loads |
+//! | [`axis`] | an axis of a driver: its options, channels and services |
+//! | [`identity`] | identifies the device at a bus address, and checks that it is the expected one |
+//! | [`Entry`], [`abort_name`] | an entry of an object, and the reasons for which a device may deny access to it |
+//! | [`emulated`] | an emulated drive: its objects, its state machine and a motor that follows its targets; the server for a bus of such drives |
 //!
-//! This crate does not depend on a bus.
+//! This crate does not depend on any particular bus.
 pub mod axis;
 mod brake;
 mod commander;

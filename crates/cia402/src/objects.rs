@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Objects of a device, and reasons why it refuses an access to one.
+//! Object dictionary entries of a device, and the reasons why it denies access to one.
 
-/// An object's entry.
+/// Object dictionary entry: index and subindex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Entry {
     pub index: u16,
@@ -9,7 +9,7 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// Returns the entry in the form of a process data mapping: index, subindex and bits in one number.
+    /// Returns the entry in the format of a process data mapping: index, subindex and length in bits, packed into one number.
     pub const fn mapped(self, bits: u8) -> u32 {
         (self.index as u32) << 16 | (self.sub as u32) << 8 | bits as u32
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Drives by CiA 402: states, the control words that change them, modes, errors by name.
+//! CiA 402 drives: states, the control words that change them, modes, and names of errors.
 use std::fmt;
 
 /// Bit of the control word that resets a fault on its rising edge.
@@ -25,7 +25,7 @@ pub enum DriveState {
 }
 
 impl DriveState {
-    /// Returns the state in a status word.
+    /// Returns the state encoded in a status word.
     pub fn of(status: u16) -> DriveState {
         use DriveState::*;
         match status & 0x6F {
@@ -40,7 +40,7 @@ impl DriveState {
         }
     }
 
-    /// Returns the bits of a status word that represent the state, with voltage present.
+    /// Returns the status word bits that represent the state, with voltage enabled.
     pub fn status(self) -> u16 {
         use DriveState::*;
         match self {
@@ -55,7 +55,7 @@ impl DriveState {
         }
     }
 
-    /// Returns the control word that leads one step nearer to operation; there is none for a fault.
+    /// Returns the control word that leads one step closer to operation enabled; no control word does so in a fault.
     pub fn towards_operation(self) -> u16 {
         use DriveState::*;
         match self {
@@ -99,10 +99,10 @@ impl Mode {
     }
 }
 
-/// Error code of a following error that the drive itself has detected.
+/// Error code of a following error detected by the drive itself.
 pub const FOLLOWING_ERROR: u16 = 0x8611;
 
-/// Returns the meaning of an error code (0x603F), if CiA 402 names it.
+/// Returns the meaning of an error code (0x603F) if CiA 402 defines it.
 pub fn error_name(code: u16) -> &'static str {
     match code {
         0x0000 => "no error",

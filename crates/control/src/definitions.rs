@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Schema definitions of types that have two forms: the request form, in which members with defaults may be omitted, and the answer form,
-//! in which every member is present. If the forms of a type differ, its request form is called `NAMERequest`.
+//! in which all members are present. If the two forms of a type differ, its request form is called `NAMERequest`.
 use serde_json::{Map, Value};
 use std::collections::BTreeSet;
 
 /// Path of the definitions in the schema document.
 pub(crate) const DEFINITIONS: &str = "#/$defs/";
 
-/// Merges the definitions of requests and of answers, and adapts the references in `sent`.
+/// Merges the definitions of requests and of answers, and updates the references in `sent` to match.
 pub(crate) fn unite(sent: &mut Value, mut definitions: Map<String, Value>, answered: Map<String, Value>) -> Map<String, Value> {
     let two_forms = two_forms(&definitions, &answered);
     let renamed = |name: &str| if two_forms.contains(name) { format!("{name}Request") } else { name.to_owned() };
@@ -21,7 +21,7 @@ pub(crate) fn unite(sent: &mut Value, mut definitions: Map<String, Value>, answe
     answered.into_iter().chain(sent).collect()
 }
 
-/// Returns the types whose two forms differ, or that refer to such types.
+/// Returns the types whose two forms differ, and the types that refer to them.
 fn two_forms(sent: &Map<String, Value>, answered: &Map<String, Value>) -> BTreeSet<String> {
     let both = || sent.iter().filter_map(|(name, of)| Some((name, of, answered.get(name)?)));
     let mut found: BTreeSet<String> = both().filter(|(_, of, answer)| of != answer).map(|(name, ..)| name.clone()).collect();
@@ -52,7 +52,7 @@ fn references(of: &Value) -> BTreeSet<String> {
     found
 }
 
-/// Rewrites every reference in a schema.
+/// Rewrites every reference in a schema with `to`.
 pub(crate) fn refer(of: &mut Value, to: &impl Fn(&str) -> String) {
     match of {
         Value::Object(members) => members.iter_mut().for_each(|(name, value)| match value {

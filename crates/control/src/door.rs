@@ -20,7 +20,7 @@ pub(crate) struct Door {
 }
 
 impl Door {
-    /// Logs which unauthenticated connections gave way to others.
+    /// Logs the origins of the unauthenticated connections that gave way to others.
     pub fn tell_who_gave_way(&self) {
         let gave = self.slots.gave_way();
         let (Some((most, count)), all) = (gave.first(), gave.iter().map(|(_, count)| count).sum::<u64>()) else { return };

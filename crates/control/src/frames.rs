@@ -16,19 +16,20 @@ pub struct StreamFrame {
     /// Client's name for the subscription.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
-    /// Subscription that ends.
+    /// Name of the subscription to end.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unsubscribe: Option<String>,
-    /// Names of `svvs` and `scope`.
+    /// SVVs and cells to observe, for the topics `svvs` and `scope`.
     #[serde(default)]
     pub names: Vec<String>,
-    /// Period of observation, ms of the wall clock, at least 10; of `statistics` and `installed` at least 100, of `scope` at most 1,000.
+    /// Period of observation, ms of wall-clock time: at least 10; at least 100 for `statistics` and `installed`; at most 1,000 for
+    /// `scope`.
     #[serde(default = "every_ms")]
     pub every_ms: u64,
-    /// True if `svvs` are sent as bytes in base64 instead of values.
+    /// True if `svvs` are sent as base64-encoded bytes instead of values.
     #[serde(default)]
     pub raw: bool,
-    /// First number of `log` and `ends` to send.
+    /// Number of the first entry of `log` or `ends` to send.
     #[serde(default)]
     pub since: u64,
 }
@@ -50,7 +51,7 @@ fn every_ms() -> u64 {
     50
 }
 
-/// Request of a frame.
+/// Request that a frame contains.
 #[derive(Clone, Debug, PartialEq)]
 pub enum StreamRequest {
     Subscribe { id: String, topic: Topic, names: Vec<String>, every: Duration, raw: bool, since: u64 },

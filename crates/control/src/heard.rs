@@ -7,10 +7,10 @@ use std::sync::Arc;
 use std::task::{Context, Poll};
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 
-/// Stream whose slot is notified once, by the first read that returns data.
+/// Stream that notifies its slot once, on the first read that returns data.
 pub(crate) struct HeardStream<S> {
     pub stream: S,
-    /// `None` after the notification.
+    /// Slot to notify; `None` after the notification.
     pub slot: Option<Arc<Slot>>,
 }
 

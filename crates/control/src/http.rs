@@ -62,7 +62,7 @@ pub(crate) fn router(door: Door) -> Router {
         .with_state(door)
 }
 
-/// Returns true if a request stops something or prepares a stop: a client that halts first opens a session and takes command.
+/// Returns true if a request stops something or prepares a stop: a client that wants to halt first opens a session and takes command.
 fn leads_to_a_stop(request: &Request) -> bool {
     let path = request.uri().path();
     let called = path.strip_prefix("/v1/call/").and_then(calls::find);
@@ -76,7 +76,7 @@ fn parting(failure: Failure) -> Response {
     response
 }
 
-/// Admits a request if its caller is authenticated and does not exceed its rate.
+/// Admits a request if its caller is authenticated and within its rate limit.
 async fn admit(State(door): State<Door>, mut request: Request, next: Next) -> Response {
     let Some(peer) = request.extensions().get::<Peer>().cloned() else {
         return RefusedRequest(Failure::new(Class::NotAllowed, "the other end is gone", "")).into_response();
@@ -163,7 +163,7 @@ async fn call(
     Ok(leaving(&service, &caller, answer.await?, call.role)?)
 }
 
-/// A call that was made for part of its slice: its answer, which may contain a continuation, and the rest of the slice.
+/// A call that has run for part of its slice: its answer, which may contain a continuation, and the remaining slice.
 struct SliceOfCall {
     answer: Value,
     left: Duration,
@@ -175,7 +175,8 @@ impl SliceOfCall {
     }
 }
 
-/// Makes a call on this thread and waits for its end for at most `within`. `given` is the body of the call and the time of the command.
+/// Starts a call on this thread and waits at most `within` for it to end. `given` contains the body of the call and the time of the
+/// command.
 fn begin(
     service: &Arc<Service>,
     call: &Call,
@@ -190,7 +191,7 @@ fn begin(
     Ok(SliceOfCall { answer: service.call(call, asked, caller, presence)?, left })
 }
 
-/// Answers a call that was begun, at its end or at the end of its slice. This wait is subject to the same limits as any other.
+/// Answers a call that was started, when it ends or when its slice ends. This wait is subject to the same limits as any other.
 async fn ended(
     service: &Arc<Service>,
     caller: &Caller,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The control interface inside one process: without a socket or a thread, and on the clock of the runtime in which it is used.
-//! Simulators and tests stop that clock.
+//! The control interface within one process: without a socket or a thread, on the clock of the runtime in which it is used. Simulators
+//! and tests can stop that clock.
 use crate::door::Door;
 use crate::serve::{Options, door, service};
 use axum::Router;
@@ -12,21 +12,21 @@ use std::sync::Arc;
 use std::time::Duration;
 use supervisor::System;
 
-/// Interval between checks of the sessions.
+/// Interval between session checks.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// A system with its control interface, served to the owner of its [`Inside::router`].
+/// A system with its control interface, served to the owner of [`Inside::router`].
 #[doc(hidden)]
 pub struct Inside(Door);
 
 impl Inside {
-    /// Serves a system; of `options` only those that concern admission have an effect. Fails as [`crate::Server::start`] does.
+    /// Serves a system. Only the `options` that concern admission have an effect. Fails as [`crate::Server::start`] does.
     pub fn new(system: Arc<System>, options: &Options) -> Result<Inside, Refusals> {
         Ok(Inside(door(service(system, options, Audit::none(), None, None, Lanes::new(None))?, options)?))
     }
 
-    /// Returns the router of all paths. A request carries a [`daemon::Peer`] among its extensions and a `host`, like one that arrives
-    /// through a socket.
+    /// Returns the router of all paths. A request carries a [`daemon::Peer`] among its extensions and has a `Host` header, like one that
+    /// arrives over a socket.
     pub fn router(&self) -> Router {
         crate::http::router(self.0.clone())
     }

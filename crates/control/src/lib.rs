@@ -2,7 +2,7 @@
 //! The control interface: serves a [`daemon`] over HTTP and WebSocket. `docs/control.md` is its manual.
 //!
 //! [`Server::start`] serves a system. Every request passes the [`Site`] (origin) and the daemon's gate (caller and role); its body is
-//! decoded and becomes one act of the daemon's [`daemon::Service`]. This crate makes no decisions of its own.
+//! decoded and becomes one action of the daemon's [`daemon::Service`]. This crate makes no decisions of its own.
 mod definitions;
 mod door;
 mod frames;

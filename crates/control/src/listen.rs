@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Accepts as many connections as there are slots, and identifies the peer of each.
+//! Accepts connections up to the number of slots, and identifies the peer of each.
 use crate::heard::HeardStream;
 use crate::paced::PacedStream;
 use crate::rest::Rest;
@@ -24,11 +24,11 @@ use tokio::runtime::Runtime;
 use tokio_rustls::TlsAcceptor;
 use tower::ServiceExt;
 
-/// Time limit for headers to arrive, and for an idle connection, of an authenticated caller.
+/// Time limit of an authenticated caller for sending headers, and for leaving a connection idle.
 const IDLE_MAX: Duration = Duration::from_secs(60);
-/// Time for which the peer may accept none of an answer.
+/// Maximum time for which the peer may accept no bytes of an answer.
 const TAKE_MAX: Duration = Duration::from_secs(10);
-/// Backlog of connections to be accepted, if the operating system allows as many.
+/// Backlog of pending connections, if the operating system allows that many.
 const BACKLOG: u32 = 1024;
 /// Maximum size of the headers, bytes.
 const HEADERS_BYTES_MAX: usize = 16 << 10;
@@ -49,7 +49,7 @@ impl Listener {
     }
 }
 
-/// Listens on TCP. The backlog has room for a burst: a connection that finds no room would be retried only after a second.
+/// Listens on TCP. The backlog is large enough for a burst, because a client whose connection finds it full retries only after a second.
 pub(crate) fn bound(runtime: &Runtime, address: SocketAddr) -> io::Result<TcpListener> {
     let _inside = runtime.enter();
     let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
@@ -58,7 +58,7 @@ pub(crate) fn bound(runtime: &Runtime, address: SocketAddr) -> io::Result<TcpLis
     socket.listen(BACKLOG)
 }
 
-/// Accepts connections for as long as the runtime lives.
+/// Accepts connections as long as the runtime exists.
 pub(crate) async fn accept(listener: Listener, router: Router, doors: Doors) {
     match listener {
         Listener::Unix(listener) => accept_unix(listener, router, doors.socket).await,
@@ -73,8 +73,8 @@ async fn rest(why: &io::Error) {
     }
 }
 
-/// Accepts on the Unix socket, which only its owner can reach. The limits on its slots are those of TCP, so a program of the owner that
-/// takes too many cannot lock out a stop.
+/// Accepts connections on the Unix socket, which only its owner can reach. Its slots have the same limits as those of TCP, so that a
+/// program of the owner that opens too many connections cannot lock out a stop.
 async fn accept_unix(listener: UnixListener, router: Router, slots: Arc<Slots>) {
     loop {
         let accepted = match listener.accept().await {
@@ -91,7 +91,8 @@ async fn accept_unix(listener: UnixListener, router: Router, slots: Arc<Slots>) 
     }
 }
 
-/// Accepts on TCP without letting a connection wait: if there are too many, an unauthenticated connection gives way to the next.
+/// Accepts connections on TCP without making any of them wait: if there are too many, an unauthenticated connection gives way to the new
+/// one.
 async fn accept_tcp(listener: TcpListener, tls: Option<Arc<Tls>>, router: Router, slots: Arc<Slots>) {
     loop {
         match listener.accept().await {
@@ -107,7 +108,7 @@ async fn accept_tcp(listener: TcpListener, tls: Option<Arc<Tls>>, router: Router
     }
 }
 
-/// Serves a connection for as long as it has its slot.
+/// Serves a connection as long as it holds its slot.
 async fn within(slot: Arc<Slot>, served: impl Future<Output = ()>) {
     tokio::select! {
         () = served => {}
@@ -115,7 +116,7 @@ async fn within(slot: Arc<Slot>, served: impl Future<Output = ()>) {
     }
 }
 
-/// Serves one connection of the network, after its handshake if TLS is used.
+/// Serves one network connection, after its handshake if TLS is used.
 async fn greet<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(
     stream: S,
     from: SocketAddr,
@@ -131,7 +132,7 @@ async fn greet<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(
     serve(stream, Peer::Tls { from, certificate }, router, Some(slot)).await;
 }
 
-/// Serves one connection to its end.
+/// Serves one connection until it ends.
 async fn serve<S: AsyncRead + AsyncWrite + Unpin + Send + 'static>(stream: S, peer: Peer, router: Router, slot: Option<Arc<Slot>>) {
     let service = service_fn(move |mut request: Request<Incoming>| {
         request.extensions_mut().insert(peer.clone());
@@ -170,7 +171,7 @@ mod tests {
     use std::net::IpAddr;
     use tokio::io::{AsyncReadExt, AsyncWriteExt};
 
-    /// Returns the client's end of a connection that is served like one over TCP.
+    /// Returns the client's end of a connection that is served like a TCP connection.
     fn connected(router: Router, room: usize) -> tokio::io::DuplexStream {
         let (client, server) = tokio::io::duplex(room);
         let from = SocketAddr::new(IpAddr::from([10, 0, 0, 1]), 1);
@@ -179,8 +180,8 @@ mod tests {
         client
     }
 
-    /// Sends `again` repeatedly, each time after a pause, until the peer stops accepting it. Returns the time that took, and the bytes
-    /// received.
+    /// Sends `begin`, then `again` repeatedly with a pause before each, until the peer stops accepting it. Returns the elapsed time and
+    /// the bytes received.
     async fn drip(mut client: tokio::io::DuplexStream, begin: &[u8], again: &[u8], pause: Duration) -> (Duration, Vec<u8>) {
         let begun = tokio::time::Instant::now();
         let mut answer = Vec::new();

@@ -4,20 +4,20 @@
 use crate::definitions::{DEFINITIONS, refer};
 use serde_json::{Map, Value, json};
 
-/// Path of definitions in an OpenAPI document.
+/// Path of the definitions in an OpenAPI document.
 const COMPONENTS: &str = "#/components/schemas/";
 
-/// A path that is not a call: method, path, its parameters, and its purpose. `schema.rs` declares its body and its answer, if any.
+/// A path that is not a call: method, path, parameters, and purpose. `schema.rs` declares its body and its answer, if any.
 struct Other(&'static str, &'static str, &'static [Parameter], &'static str);
 
-/// A parameter of a path: position, name, type, and meaning.
+/// A parameter of a path: location, name, type, and meaning.
 struct Parameter(ParameterPlace, &'static str, &'static str, &'static str);
 
 #[derive(PartialEq)]
 enum ParameterPlace {
     Path,
     Query,
-    /// The parameter is in the query, and is required.
+    /// Required query parameter.
     Needed,
 }
 
@@ -111,7 +111,7 @@ pub fn document() -> Value {
     document
 }
 
-/// Returns the subjects of the calls, in order, followed by that of the other paths.
+/// Returns the subjects of the calls, in order, followed by the subject of the other paths.
 fn tags(schemas: &Value) -> Vec<Value> {
     let mut names: Vec<&str> = Vec::new();
     for subject in schemas["calls"].as_object().into_iter().flatten().filter_map(|(_, call)| call["subject"].as_str()).chain(["interface"]) {
@@ -126,7 +126,7 @@ fn body(schema: &Value) -> Value {
     json!({ "application/json": { "schema": schema } })
 }
 
-/// Returns the schema of `{"result": …}`; for a call that lasts it includes the continuation.
+/// Returns the schema of `{"result": …}`, with the continuation if the call is long.
 fn result(schema: &Value, lasts: bool) -> Value {
     let done = json!({ "type": "object", "properties": { "result": schema }, "required": ["result"] });
     if !lasts {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A connection whose peer must read: an unread answer occupies memory for a bounded time only.
+//! A connection that fails if its peer does not read, so that an unread answer occupies memory only for a bounded time.
 use std::io::{self, ErrorKind};
 use std::pin::Pin;
 use std::task::{Context, Poll, ready};
@@ -7,11 +7,11 @@ use std::time::Duration;
 use tokio::io::{AsyncRead, AsyncWrite, ReadBuf};
 use tokio::time::Sleep;
 
-/// A stream that fails if the peer accepts no bytes for `most`.
+/// A stream that fails if the peer accepts no bytes for the time `most`.
 pub(crate) struct PacedStream<S> {
     stream: S,
     most: Duration,
-    /// Timer that has run since the peer stopped accepting bytes.
+    /// Timer that is set when the peer stops accepting bytes.
     stuck: Option<Pin<Box<Sleep>>>,
 }
 
@@ -20,7 +20,7 @@ impl<S> PacedStream<S> {
         PacedStream { stream, most, stuck: None }
     }
 
-    /// Returns the result of a write, or an error if its time has expired.
+    /// Returns the result of a write, or an error if its time limit has expired.
     fn paced<T>(&mut self, context: &mut Context<'_>, written: Poll<io::Result<T>>) -> Poll<io::Result<T>> {
         if written.is_ready() {
             self.stuck = None;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The studio's page: the files of one folder, read once at the start. Requested paths are looked up in that list and nowhere else, so no
-//! path can reach a file outside the folder, and later changes of a file have no effect.
+//! The studio's page: the files of one folder, read once at startup. Requested paths are looked up only in that list, so no path can
+//! reach a file outside the folder, and later changes to a file have no effect.
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header};
 use axum::response::Response;
@@ -10,16 +10,16 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Maximum number of files of a page, and of their bytes together.
+/// Maximum number of files of a page, and maximum total size of the files in bytes.
 const FILES_MAX: usize = 1_024;
 const BYTES_MAX: u64 = 64 << 20;
 
-/// The page may load only from its own origin, and no other page may frame it. `data:` and `blob:` allow images that the page draws
-/// itself.
+/// Content security policy of the page: the page may load resources only from its own origin, and no other page may frame it. `data:` and
+/// `blob:` allow images that the page draws itself.
 const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; \
     connect-src 'self'; worker-src 'self'; manifest-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 
-/// Headers of every answer with a file.
+/// Headers of every answer that contains a file.
 const GUARDS: [(HeaderName, &str); 5] = [
     (header::CONTENT_SECURITY_POLICY, POLICY),
     (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
@@ -32,7 +32,7 @@ const GUARDS: [(HeaderName, &str); 5] = [
 struct Asset {
     bytes: Bytes,
     kind: &'static str,
-    /// The name contains the digest of the content, so the file never changes.
+    /// True if the name contains the digest of the content, so the file never changes.
     lasts: bool,
     tag: String,
 }
@@ -41,7 +41,7 @@ struct Asset {
 pub struct Page(HashMap<String, Asset>);
 
 impl Page {
-    /// Reads a folder. Fails if it has no `index.html` (a page that was not built), or is not the folder of a page.
+    /// Reads a folder. Fails if it has no `index.html` (the page was not built), or is not the folder of a page.
     pub fn load(folder: &Path) -> Result<Page, Refusals> {
         let missing = || {
             let message = format!("the studio's page is not in '{}'", folder.display());
@@ -78,7 +78,7 @@ impl Page {
         Ok(Page(files))
     }
 
-    /// Returns the answer to a request for a file of the page, or `None` if it requests something else.
+    /// Answers a request for a file of the page; returns `None` for any other request.
     pub fn answer(&self, method: &Method, path: &str, headers: &HeaderMap) -> Option<Response> {
         let path = if path == "/index.html" { "/" } else { path };
         let asset = self.0.get(path).filter(|_| matches!(*method, Method::GET | Method::HEAD))?;

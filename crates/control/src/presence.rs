@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Session of a request, connections that hold a session, and revocation of a caller's access; for requests and streams alike.
+//! Session of a request, connections that hold a session, and revocation of a caller's access, both for requests and for streams.
 use axum::http::HeaderMap;
 use daemon::Failure;
 use daemon::{Caller, Pass};
@@ -8,10 +8,10 @@ use model::refusal::Class;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Header with the daemon's time of a command, ms: the last heartbeat of a stream plus the time elapsed since then.
+/// Header that gives the daemon's time of a command, ms: the time in the last heartbeat of a stream plus the time elapsed since then.
 const AS_OF: &str = "opengpac-as-of";
 
-/// Period at which access is checked again for the caller of a request that lasts.
+/// Period at which the access of a caller is rechecked during a long request.
 pub(crate) const LOOK_AGAIN: Duration = Duration::from_secs(1);
 
 /// Returns the session of a request.
@@ -20,7 +20,7 @@ pub(crate) fn present(service: &Arc<Service>, headers: &HeaderMap, caller: &Call
     service.present(id, caller)
 }
 
-/// Reads the time at which a request was made, or `None` if it does not contain one.
+/// Returns the time at which a request was made, or `None` if the request does not contain it.
 pub(crate) fn as_of_ms(headers: &HeaderMap) -> Result<Option<u64>, Failure> {
     let Some(said) = headers.get(AS_OF) else { return Ok(None) };
     let ms = said.to_str().ok().and_then(|text| text.parse().ok());
@@ -32,7 +32,7 @@ pub(crate) fn needed(presence: Option<Presence>) -> Result<Presence, Failure> {
     presence.ok_or_else(|| Failure::new(Class::CallError, "there is no session", "open one and send its ID in the header OpenGPAC-Session"))
 }
 
-/// A connection that a session holds: if it breaks before the session ends, the session is lost.
+/// A connection that a session holds. If the connection breaks before the session ends, the session is lost.
 pub(crate) struct SessionHold {
     service: Arc<Service>,
     id: String,
@@ -52,7 +52,7 @@ impl Drop for SessionHold {
     }
 }
 
-/// Waits until a caller loses its access, and returns the reason.
+/// Waits until a caller loses access, and returns the reason.
 pub(crate) async fn shut_out(service: &Service, caller: &Caller, pass: &Pass) -> Failure {
     loop {
         tokio::time::sleep(LOOK_AGAIN).await;

@@ -10,22 +10,22 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-/// Time limit for the rest to arrive.
+/// Time limit for receiving the rest.
 const REST_TIME: Duration = Duration::from_secs(2);
 
-/// Destination of a body that is abandoned before its end.
+/// Receives a body that is abandoned before its end.
 #[derive(Clone, Default)]
 pub(crate) struct Rest(Arc<Mutex<Option<Incoming>>>);
 
-/// A body on its way to a handler.
+/// A body that a handler reads.
 pub(crate) struct HandlerBody {
-    /// Present until it is dropped.
+    /// Body; moved to `rest` when this is dropped.
     body: Option<Incoming>,
     rest: Rest,
 }
 
 impl Rest {
-    /// Returns the body in the form that a handler receives.
+    /// Wraps the body for a handler.
     pub fn of(&self, body: Incoming) -> HandlerBody {
         HandlerBody { body: Some(body), rest: self.clone() }
     }

@@ -49,7 +49,7 @@ pub fn all() -> Value {
     json!({ "version": 1, "calls": calls, "requests": requests, "errors": errors, "$defs": definitions })
 }
 
-/// Returns the schema of a call's arguments: an object of named arguments, a definition, or both in one object.
+/// Returns the schema of a call's arguments: an object of named arguments, a definition, or an object that contains both.
 fn arguments(generator: &mut SchemaGenerator, call: &Call) -> Value {
     let mut named = call.named_schema(generator).to_value();
     if call.lasts {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The scope topic of a stream: sends every value of its channels, at the full rate at which they are stored, in binary frames.
 //!
-//! A frame leaves at once, or never: values that a slow reader does not receive are counted, and the next frame that it receives contains
-//! the count. So displayed values are never old, and the number of missing values is exact.
+//! A frame is sent at once, or never: values that a slow reader misses are counted, and the next frame that it receives contains the
+//! count. Therefore displayed values are never old, and the number of missing values is exact.
 use crate::told::{ScopeChannel, ScopeHead, StreamAnswer};
 use api::Refusals;
 use model::types::{Scalar, Type};
@@ -14,9 +14,9 @@ use supervisor::{Run, Samples, System, Tap, TapChannel};
 
 /// Maximum number of channels of one stream.
 pub(crate) const CHANNELS_MAX: usize = 256;
-/// Maximum number of frames of one subscription in transit: further ones would arrive late.
+/// Maximum number of frames of one subscription in transit; any further frames would arrive late.
 const ON_THE_WAY_MAX: usize = 4;
-/// Maximum time between two frames; a tap keeps values for twice as long.
+/// Maximum time between two frames; a tap keeps values for twice this time.
 pub(crate) const EVERY_MAX: Duration = Duration::from_secs(1);
 /// `GSC1`, the first word of every frame.
 const MAGIC: u32 = 0x4753_4331;
@@ -24,7 +24,7 @@ const MAGIC: u32 = 0x4753_4331;
 /// Offsets and types of the numbers within the bytes of a value.
 type Components = Vec<(usize, Scalar)>;
 
-/// A subscription to some channels.
+/// A subscription to a set of channels.
 pub(crate) struct Scope {
     id: String,
     tap: Tap,
@@ -37,7 +37,7 @@ pub(crate) struct Scope {
     is_virtual: bool,
 }
 
-/// A frame in transit; it counts as such until this is dropped.
+/// Slot of a frame in transit; the frame counts as in transit until the slot is dropped.
 pub(crate) struct Slot(Arc<AtomicUsize>);
 
 impl Drop for Slot {
@@ -65,7 +65,7 @@ impl Scope {
         })
     }
 
-    /// Returns true if time is virtual: a number that a program advances.
+    /// Returns true if time is virtual, that is, advanced by a program.
     pub fn is_virtual(&self) -> bool {
         self.is_virtual
     }
@@ -82,14 +82,14 @@ impl Scope {
         StreamAnswer { scope: Some(ScopeHead { channels }), ..StreamAnswer::of(&self.id) }
     }
 
-    /// Waits until the next frame is due: for the period, or less if virtual time is held for it.
+    /// Waits until the next frame is due: for the period, or for less if virtual time is being held for it.
     pub fn wait(&self, every: Duration) {
         if self.is_virtual {
             self.tap.wait(every);
         }
     }
 
-    /// Returns the next frame with its slot, or `None` if there is nothing new or too many frames are in transit.
+    /// Returns the next frame with its slot, or `None` if there are no new values or too many frames are in transit.
     pub fn next(&mut self) -> Option<(Vec<u8>, Slot)> {
         self.tap.take(&mut self.samples);
         let empty = self.samples.is_empty() && self.lost.iter().all(|lost| *lost == 0);
@@ -105,14 +105,14 @@ impl Scope {
         Some((frame, Slot(self.on_the_way.clone())))
     }
 
-    /// Counts the values taken last as lost, because they do not reach the reader.
+    /// Counts the most recently taken values as lost, because the reader does not receive them.
     pub fn pass_over(&mut self) {
         for (lost, run) in self.lost.iter_mut().zip(&self.samples.runs) {
             *lost += run.len() as u64 + run.lost;
         }
     }
 
-    /// Notes that the frame with the values taken last has been sent; it contained the count of lost values.
+    /// Records that the frame with the most recently taken values was sent, so its count of lost values was reported.
     pub fn sent(&mut self) {
         self.lost.fill(0);
     }
@@ -159,7 +159,7 @@ fn components(of: &Type, at: usize) -> Components {
     }
 }
 
-/// Returns a number as a double; a truth value becomes 0 or 1.
+/// Returns a number as a double; a Boolean becomes 0 or 1.
 fn number(scalar: Scalar, bytes: &[u8]) -> f64 {
     match Type::Scalar(scalar).decode(bytes) {
         Value::Number(number) => number,

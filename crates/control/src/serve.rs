@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Serves a system. Options are checked before anything listens; then dedicated threads answer the requests.
+//! Serves a system. All options are checked before any listener is opened; then dedicated threads answer the requests.
 use crate::door::Door;
 use crate::listen::{self, Listener};
 use crate::page::Page;
@@ -36,42 +36,43 @@ use supervisor::System;
 pub struct Options {
     /// Path of the Unix socket, instead of [`socket::default_path`].
     pub socket: Option<PathBuf>,
-    /// Disables the Unix socket, and the audit file unless one is named: for a system inside a program, served for its studio.
+    /// Disables the Unix socket, and the audit file unless its path is set. Intended for a system within a program that only serves a
+    /// studio.
     pub no_socket: bool,
-    /// `HOST:PORT` of TCP, in addition to the socket.
+    /// TCP address, `HOST:PORT`, to listen on in addition to the socket.
     pub listen: Option<String>,
     pub tls_cert: Option<PathBuf>,
     pub tls_key: Option<PathBuf>,
-    /// Authority that signs client certificates.
+    /// Certificate authority that signs client certificates.
     pub client_ca: Option<PathBuf>,
     pub tokens: Option<PathBuf>,
-    /// Creates a token of this role for this run; [`Server::studio`] contains it.
+    /// Creates a token with this role for this run; it is part of [`Server::studio`].
     pub run_token: Option<Role>,
     /// Folder of the studio's page, served at `/` over TCP.
     pub page: Option<PathBuf>,
-    /// Path of the audit file; default: a file beside the socket.
+    /// Path of the audit file; default: a file next to the socket.
     pub audit: Option<PathBuf>,
-    /// Lets every program on this machine observe over TCP without a token.
+    /// Allows every program on this machine to observe over TCP without a token.
     pub insecure_loopback: bool,
-    /// Accepted names in the header `Host`.
+    /// Accepted host names in the `Host` header.
     pub hosts: Vec<String>,
-    /// Origins of pages that may call.
+    /// Origins of pages that may make calls.
     pub origins: Vec<String>,
-    /// Interpreter that tries code modules; default `python3`.
+    /// Interpreter that tests code modules; default `python3`.
     pub python: Option<String>,
-    /// File that keeps the calls which configured the system; they are repeated at the start.
+    /// Journal file: the calls that configured the system, which are repeated at startup.
     pub journal: Option<PathBuf>,
-    /// Folder in which callers may record.
+    /// Folder in which callers may store recordings.
     pub records: Option<PathBuf>,
-    /// SHA-256 digests of the code modules that a recording may bring and run.
+    /// SHA-256 digests of the code modules in recordings that are allowed to run.
     pub trust: Vec<String>,
-    /// Aborts the start if a call of the journal fails.
+    /// Aborts startup if a call of the journal fails.
     pub journal_strict: bool,
 }
 
 /// Period at which sessions are checked.
 const LOOK: Duration = Duration::from_millis(100);
-/// Number of these checks between two checks of the callers' access and two log entries about connections that gave way.
+/// Number of session checks between two checks of the callers' access, and between two log entries about connections that gave way.
 const LOOKS_A_SECOND: u64 = 10;
 const TOLD_EVERY: u64 = 100;
 
@@ -89,10 +90,10 @@ fn refuse(message: impl Into<String>, remedy: &str) -> Refusals {
     vec![Refusal::new(Class::DefinitionError, message).remedy(remedy)]
 }
 
-/// An address, and TLS if it is used there.
+/// TCP address, with its TLS configuration if TLS is used there.
 type Tcp = (SocketAddr, Option<Arc<Tls>>);
 
-/// Returns the TCP listener's address after checking the requirements for addresses other than loopback.
+/// Returns the TCP listener's address after checking the requirements for non-loopback addresses.
 fn tcp(options: &Options) -> Result<Option<Tcp>, Refusals> {
     let Some(listen) = &options.listen else {
         let alone = [("--tls-cert", options.tls_cert.is_some()), ("--tls-key", options.tls_key.is_some()), ("--client-ca", options.client_ca.is_some())];
@@ -141,7 +142,7 @@ fn host_name() -> Option<String> {
     Some(name.trim().to_owned()).filter(|name| !name.is_empty())
 }
 
-/// Opens the named audit file, or the one beside the socket.
+/// Opens the audit file set in the options, or else the file next to the socket.
 fn audit(options: &Options, socket: Option<&Path>) -> Result<Audit, Refusals> {
     let path = options.audit.clone().or_else(|| socket.map(|socket| socket.with_extension("audit.jsonl")));
     let Some(path) = path else { return Ok(Audit::none()) };
@@ -185,7 +186,7 @@ pub(crate) fn door(service: Service, options: &Options) -> Result<Door, Refusals
     })
 }
 
-/// Returns the digests in the form in which they are compared. Fails if a text is not a digest.
+/// Returns the digests in the format used for comparison. Fails if a text is not a digest.
 fn digests(given: &[String]) -> Result<Vec<String>, Refusals> {
     let digest = |text: &String| {
         let lower = text.to_ascii_lowercase();
@@ -196,12 +197,12 @@ fn digests(given: &[String]) -> Result<Vec<String>, Refusals> {
 }
 
 impl Server {
-    /// Serves a system. If anything is refused, nothing listens.
+    /// Serves a system. If any option is refused, nothing listens.
     pub fn start(system: Arc<System>, options: &Options) -> Result<Server, Refusals> {
         Server::start_watched(system, options, &mut NoWatcher)
     }
 
-    /// Starts as [`start`](Self::start) does, with a watcher that follows the replay of the journal and may end it. The journal is
+    /// Starts as [`start`](Self::start) does, with a watcher that follows the replay of the journal and can abort it. The journal is
     /// replayed before any request is answered.
     pub fn start_watched(system: Arc<System>, options: &Options, watcher: &mut dyn Watcher) -> Result<Server, Refusals> {
         if options.journal_strict && options.journal.is_none() {
@@ -272,7 +273,7 @@ impl Server {
         Ok(Server { runtimes: Some(runtimes), door, addresses, socket, studio, tls: spoken })
     }
 
-    /// Reopens the audit file, and rereads the files of TLS and of tokens. Returns messages for the operator.
+    /// Reopens the audit file, and reloads the TLS and token files. Returns messages for the operator.
     pub fn reread(&self) -> Vec<String> {
         let audit = self.door.service.audit.reopen().map_err(|why| format!("the previous audit file stays in use: {why}"));
         let told = |refusals: Refusals| refusals.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
@@ -289,13 +290,14 @@ impl Server {
         &self.addresses
     }
 
-    /// Returns the address of the studio's page, with the token of this run after `#` if there is one; `None` if it is not served.
+    /// Returns the address of the studio's page, followed by `#` and the token of this run if there is one; `None` if the page is not
+    /// served.
     pub fn studio(&self) -> Option<&str> {
         self.studio.as_deref()
     }
 
-    /// Returns the router of the interface without a connection, for tests and fuzzers, which identify the caller by an extension of the
-    /// request, [`daemon::Peer`].
+    /// Returns the router of the interface without a connection. For tests and fuzzers, which identify the caller by a request extension,
+    /// [`daemon::Peer`].
     pub fn router(&self) -> axum::Router {
         crate::http::router(self.door.clone())
     }

@@ -9,27 +9,27 @@ use std::net::IpAddr;
 /// Hosts and origins from which requests are accepted.
 #[derive(Clone, Debug, Default)]
 pub struct Site {
-    /// Accepted names in the header `Host`, in addition to addresses and `localhost`.
+    /// Accepted host names in the `Host` header, in addition to addresses and `localhost`.
     pub hosts: Vec<String>,
-    /// Origins of pages that may call; a browser declares them.
+    /// Origins of pages that may make calls, as browsers send them.
     pub origins: Vec<String>,
 }
 
 impl Site {
-    /// Returns the caller of a request and the credential with which the gate admitted it, or the reason for rejecting it.
+    /// Authenticates a request. Returns its caller and the credential with which the gate admitted it, or the reason for the rejection.
     pub fn let_in(&self, gate: &Gate, peer: &Peer, headers: &HeaderMap) -> Result<(Caller, Pass), Failure> {
         self.check(peer, headers)?;
         gate.let_in(peer, bearer(headers)?)
     }
 
-    /// Refuses a request that a page of another site makes, for any caller. The studio's files are public and need no further check.
+    /// Refuses a request made by a page of another origin, for any caller. The studio's files are public and need no further check.
     pub fn check(&self, peer: &Peer, headers: &HeaderMap) -> Result<(), Failure> {
         self.check_host(headers)?;
         self.check_origin(peer, headers)
     }
 
-    /// Checks the host: a page of another site can make its own name resolve to our address, but cannot change the `Host` that its
-    /// browser then sends.
+    /// Checks the host. A page of another origin can make its own name resolve to our address, but cannot change the `Host` header that
+    /// its browser then sends.
     fn check_host(&self, headers: &HeaderMap) -> Result<(), Failure> {
         let host = headers.get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or("");
         let name = name_of(host);
@@ -40,8 +40,8 @@ impl Site {
         Err(Failure::new(Class::NotAllowed, format!("the host '{host}' is not a name of this daemon"), format!("start the daemon with --host {name}")))
     }
 
-    /// Checks the origin: a page in a browser may call only if it was named at the start or was loaded from the very address that it
-    /// calls. The host has already been checked to be ours.
+    /// Checks the origin. A page in a browser may make calls only if its origin is listed in the options or it was loaded from the
+    /// address that it calls. The host has already been checked.
     fn check_origin(&self, peer: &Peer, headers: &HeaderMap) -> Result<(), Failure> {
         let Some(origin) = headers.get(header::ORIGIN) else { return Ok(()) };
         let origin = origin.to_str().unwrap_or("?");
@@ -62,7 +62,7 @@ impl Site {
     }
 }
 
-/// Returns the name in a `Host`, without port and brackets.
+/// Returns the name in a `Host` header, without port or brackets.
 fn name_of(host: &str) -> &str {
     if let Some(rest) = host.strip_prefix('[') {
         return rest.split(']').next().unwrap_or("");
@@ -70,15 +70,15 @@ fn name_of(host: &str) -> &str {
     host.rsplit_once(':').map_or(host, |(name, _)| name)
 }
 
-/// Returns the token of a request. A header that cannot be read counts as a wrong token.
+/// Returns the token of a request. A malformed header counts as a wrong token.
 fn bearer(headers: &HeaderMap) -> Result<Option<&str>, Failure> {
     let Some(given) = headers.get(header::AUTHORIZATION) else { return of_protocols(headers) };
     let token = given.to_str().ok().and_then(|text| text.strip_prefix("Bearer ")).map(str::trim);
     token.filter(|token| !token.is_empty()).map(Some).ok_or_else(|| Failure::from(TokenRejection::Wrong))
 }
 
-/// Returns the token among the subprotocols of a WebSocket, `bearer.TOKEN`: a browser can send no other header of ours with one. A
-/// request that does not open a WebSocket has no token there.
+/// Returns the token among the subprotocols of a WebSocket, `bearer.TOKEN`, because a browser cannot send an `Authorization` header when
+/// it opens one. Ignored if the request does not open a WebSocket.
 fn of_protocols(headers: &HeaderMap) -> Result<Option<&str>, Failure> {
     let opens = headers.get(header::UPGRADE).is_some_and(|to| to.as_bytes().eq_ignore_ascii_case(b"websocket"));
     if !opens {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Slots of connections. An unauthenticated client has a slot for a short time and gives way to new arrivals; an authenticated client
-//! keeps its slot. So a client without a token cannot lock out one that has a token: silent connections give way before those in a
+//! Connection slots. An unauthenticated client holds a slot for a short time and gives way to new arrivals; an authenticated client keeps
+//! its slot. A client without a token therefore cannot lock out one that has a token: silent connections give way before those in a
 //! handshake, and addresses from which callers have been authenticated have separate slots.
 use crate::strangers::{Admission, Origin, STRANGER_MAX, STRANGERS_MAX, Stranger, Strangers};
 use api::Role;
@@ -12,8 +12,8 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use tokio::sync::Notify;
 use tokio::time::Instant;
 
-/// Maximum number of remembered addresses, from which callers have been authenticated: strangers from there have as many slots as all
-/// others, and apart from them.
+/// Maximum number of remembered addresses, that is, addresses from which callers have been authenticated. Strangers from these addresses
+/// have separate slots, as many as all other strangers.
 const REMEMBERED_MAX: usize = 256;
 /// Maximum number of connections of authenticated callers.
 pub(crate) const KNOWN_MAX: usize = 256;
@@ -21,13 +21,13 @@ pub(crate) const KNOWN_MAX: usize = 256;
 pub(crate) const KNOWN_EACH_MAX: usize = 64;
 /// Number of authenticated slots that are reserved for roles that may command and stop.
 pub(crate) const RESERVED: usize = 64;
-/// Number of additional slots for requests that stop, per caller and in total.
+/// Number of additional slots for requests that stop something, per caller and in total.
 const STOPS: usize = 16;
 
 /// Maximum number of origins whose displaced connections are counted for a report.
 const ORIGINS_MAX: usize = 64;
 
-/// A connection whose caller is authenticated.
+/// Connection of an authenticated caller.
 #[derive(Debug)]
 struct KnownClient {
     origin: Origin,
@@ -42,17 +42,17 @@ struct KnownClient {
 #[derive(Debug)]
 struct Table {
     next: u64,
-    /// Strangers from remembered addresses and from all others have separate slots.
+    /// Strangers from remembered addresses, whose slots are separate from those of all others.
     returning: Strangers,
     newcomers: Strangers,
     known: BTreeMap<u64, KnownClient>,
-    /// Origins of authenticated callers, each with the time of the last one.
+    /// Origins of authenticated callers, each with the time of the most recent authentication.
     remembered: HashMap<Origin, Instant>,
     /// Number of connections that gave way to others since the last report, by origin.
     gave_way: HashMap<Origin, u64>,
 }
 
-/// Slots of both listeners: connections from the network take none from the Unix socket.
+/// Slots of both listeners. Network connections do not use slots of the Unix socket.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Doors {
     pub socket: Arc<Slots>,
@@ -60,13 +60,13 @@ pub(crate) struct Doors {
 }
 
 impl Doors {
-    /// Ends the connections of callers that have lost access, at the second check: the requests on them have had time to answer so
-    /// themselves.
+    /// Closes the connections of callers that have lost access. This happens at the second check, so that requests on them have had time
+    /// to report the loss themselves.
     pub fn look_again(&self, gate: &Gate) {
         [&self.socket, &self.network].into_iter().for_each(|slots| slots.look_again(gate));
     }
 
-    /// Returns the origins of connections that gave way since the last call, the most frequent first.
+    /// Returns the origins of connections that gave way since the last call, most frequent first.
     pub fn gave_way(&self) -> Vec<(Origin, u64)> {
         let mut gave: Vec<_> = [&self.socket, &self.network].into_iter().flat_map(|slots| std::mem::take(&mut slots.locked().gave_way)).collect();
         gave.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
@@ -78,7 +78,7 @@ impl Doors {
 #[derive(Debug)]
 pub(crate) struct Slots(Mutex<Table>);
 
-/// Slot of one connection, from its acceptance to its end.
+/// Slot of one connection, held from its acceptance until it ends.
 #[derive(Debug)]
 pub(crate) struct Slot {
     slots: Arc<Slots>,
@@ -86,7 +86,7 @@ pub(crate) struct Slot {
     end: Arc<Notify>,
 }
 
-/// Returns the maximum number of strangers of a listener: at most half of the descriptor limit of this process.
+/// Returns the maximum number of strangers of a listener: at most half of this process's descriptor limit.
 fn strangers_most() -> usize {
     let limits = std::fs::read_to_string("/proc/self/limits").unwrap_or_default();
     let of_files = limits.lines().find_map(|line| line.strip_prefix("Max open files")?.split_whitespace().next()?.parse::<usize>().ok());
@@ -100,7 +100,7 @@ impl Table {
         Table { next: 0, returning, newcomers, known: BTreeMap::new(), remembered, gave_way }
     }
 
-    /// Admits a stranger under this number. Returns false if it is refused.
+    /// Admits a stranger with this number. Returns false if it is refused.
     fn admit(&mut self, number: u64, stranger: Stranger) -> bool {
         let is_returning = self.remembered.contains_key(&stranger.origin);
         let strangers = if is_returning { &mut self.returning } else { &mut self.newcomers };
@@ -197,22 +197,22 @@ impl Slots {
 }
 
 impl Slot {
-    /// Notes that the first bytes have arrived: a handshake or a request is under way.
+    /// Records that the first bytes have arrived: a handshake or a request is in progress.
     pub fn spoke(&self) {
         let mut table = self.slots.locked();
         table.newcomers.spoke(self.number);
         table.returning.spoke(self.number);
     }
 
-    /// Notes that a request arrived on a connection that is still unauthenticated; this restarts its time limit.
+    /// Records that a request arrived on a connection that is still unauthenticated; this restarts its time limit.
     pub fn heard(&self) {
         if let Some(stranger) = self.slots.locked().stranger_mut(self.number) {
             stranger.until = Instant::now() + STRANGER_MAX;
         }
     }
 
-    /// Authenticates the connection, so that it keeps its slot. `stops` is true if it carries a request that stops, for which there is
-    /// always room. Fails with `LimitExceeded`.
+    /// Marks the connection as authenticated, so that it keeps its slot. `stops` is true if it carries a request that stops something,
+    /// for which slots are reserved. Fails with `LimitExceeded`.
     pub fn know(&self, caller: &Caller, pass: &Pass, stops: bool) -> Result<(), Failure> {
         let mut table = self.slots.locked();
         if table.known.get(&self.number).is_some_and(|before| before.caller == *caller && before.pass == *pass) {
@@ -229,7 +229,7 @@ impl Slot {
         Ok(())
     }
 
-    /// Waits until the connection has to end: its time as a stranger has expired, or another has its slot.
+    /// Waits until the connection must be closed: its time as a stranger has expired, or its slot was given to another connection.
     pub async fn over(&self) {
         while let Some(until) = self.until() {
             if until <= Instant::now() {
@@ -243,7 +243,7 @@ impl Slot {
         self.end.notified().await;
     }
 
-    /// Returns the deadline of the connection; `None` if it is authenticated, or has given way and has been notified.
+    /// Returns the deadline of the connection; `None` if it is authenticated, or has given way and was notified.
     fn until(&self) -> Option<Instant> {
         self.slots.locked().stranger(self.number).map(|stranger| stranger.until)
     }
@@ -273,7 +273,7 @@ mod tests {
         IpAddr::from([10, 0, 0, last])
     }
 
-    /// Returns true if a connection has to end now.
+    /// Returns true if a connection must be closed now.
     fn is_over(slot: &Slot) -> bool {
         let mut over = std::pin::pin!(slot.over());
         let mut context = std::task::Context::from_waker(std::task::Waker::noop());
@@ -303,7 +303,7 @@ mod tests {
         assert!(!few.iter().chain(&others).any(|slot| is_over(slot)));
     }
 
-    /// Opens one connection from each of this number of addresses; `speak` starts a handshake on each.
+    /// Opens one connection from each of `addresses` addresses, and starts a handshake on each if `speak` is true.
     fn crowd(slots: &Arc<Slots>, addresses: u16, speak: bool) -> Vec<Arc<Slot>> {
         let knock = |number: u16| {
             let slot = slots.enter(IpAddr::from([10, 1, (number >> 8) as u8, number as u8]));

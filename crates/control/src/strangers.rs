@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Unauthenticated connections by origin, and the rule by which they give way if there are too many.
 //!
-//! Slots are shared fairly between addresses: as long as there are fewer addresses than slots, the only connection of an address does not
-//! give way to another address. So clients that connect from hundreds of addresses, silently or with unfinished handshakes, cannot end
-//! the handshake of a panel.
+//! Slots are shared fairly between addresses: as long as there are fewer addresses than slots, the only connection from an address does
+//! not give way to another address. Clients that connect from hundreds of addresses, silently or with unfinished handshakes, therefore
+//! cannot interrupt the handshake of a panel.
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::fmt;
@@ -20,7 +20,7 @@ pub(crate) const STRANGERS_EACH_MAX: usize = 128;
 /// Time for which a handshake keeps its slot against all newcomers: several round trips of a slow network, plus a margin for a busy
 /// machine.
 pub(crate) const HANDSHAKE_MAX: Duration = Duration::from_secs(2);
-/// Time limit of a stranger for its TLS handshake and its first head, and between one head and the next.
+/// Time limit of a stranger for its TLS handshake and first request header, and between two request headers.
 pub(crate) const STRANGER_MAX: Duration = Duration::from_secs(5);
 
 /// Origin of strangers.
@@ -28,7 +28,7 @@ pub(crate) const STRANGER_MAX: Duration = Duration::from_secs(5);
 pub(crate) enum Origin {
     /// The Unix socket.
     Socket,
-    /// An address; for IPv6 its network, because one machine has any number of addresses there.
+    /// An address; for IPv6 its network, because one machine can use any number of addresses in it.
     Network(IpAddr),
 }
 
@@ -55,7 +55,7 @@ impl fmt::Display for Origin {
 pub(crate) struct Stranger {
     pub origin: Origin,
     pub until: Instant,
-    /// Time at which it first sent something, a handshake or a head.
+    /// Time at which it first sent data (a handshake or a request header).
     spoke: Option<Instant>,
     pub end: Arc<Notify>,
 }
@@ -70,14 +70,15 @@ impl Stranger {
     }
 }
 
-/// Connections of one origin, by their numbers.
+/// Connections of one origin, by number.
 #[derive(Debug, Default)]
 struct Crowd {
     silent: BTreeSet<u64>,
     speaking: BTreeSet<u64>,
 }
 
-/// Size of a crowd, its oldest connection, and its origin. The largest crowd sorts last; of several, the one with the oldest connection.
+/// Size of a crowd, its oldest connection, and its origin. The largest crowd sorts last; among crowds of equal size, the one with the
+/// oldest connection.
 type Rank = (usize, Reverse<u64>, Origin);
 
 impl Crowd {
@@ -98,19 +99,19 @@ impl Crowd {
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Admission {
     Free,
-    /// The connection of this number gives way to the new one.
+    /// The connection with this number gives way to the new one.
     InPlaceOf(u64),
-    /// The new connection is refused, because all others are in the middle of their handshakes; the client may retry.
+    /// The new connection is refused because all others are in the middle of a handshake; the client may retry.
     Refused,
 }
 
-/// Strangers by their numbers, oldest first.
+/// Strangers by number, oldest first.
 #[derive(Debug)]
 pub(crate) struct Strangers {
     most: usize,
     held: BTreeMap<u64, Stranger>,
     crowds: HashMap<Origin, Crowd>,
-    /// Crowds by size: all of them, and those with silent connections.
+    /// Crowds ranked by size: all crowds, and those that have silent connections.
     ranks: BTreeSet<Rank>,
     silent_ranks: BTreeSet<Rank>,
 }
@@ -121,7 +122,7 @@ impl Strangers {
         Strangers { most, held: BTreeMap::new(), crowds: HashMap::new(), ranks: BTreeSet::new(), silent_ranks: BTreeSet::new() }
     }
 
-    /// Changes the crowd of an origin and updates its ranks.
+    /// Applies a change to the crowd of an origin and updates its ranks.
     fn change(&mut self, origin: Origin, change: impl FnOnce(&mut Crowd)) {
         let crowd = self.crowds.entry(origin).or_default();
         if let Some(rank) = crowd.rank(origin) {
@@ -158,7 +159,7 @@ impl Strangers {
         Some(stranger)
     }
 
-    /// Notes that a stranger has sent something.
+    /// Records that a stranger has sent data.
     pub fn spoke(&mut self, number: u64) {
         let Some(stranger) = self.held.get_mut(&number).filter(|stranger| stranger.spoke.is_none()) else { return };
         stranger.spoke = Some(Instant::now());
@@ -177,10 +178,11 @@ impl Strangers {
         self.held.get(&number)
     }
 
-    /// Admits one more stranger from an origin. If its address has too many, the oldest of that address gives way. If there are too many
-    /// in total, a connection of the largest crowd that exceeds the new size of this one gives way, silent connections first. If no
-    /// address has more, this one already has its share, and only its own connections give way. If every connection is alone at its
-    /// address, the oldest that is silent, or whose handshake takes too long, gives way.
+    /// Admits one more stranger from an origin. If its address has too many, the oldest connection of that address gives way. If there
+    /// are too many in total, a connection of the largest crowd gives way, silent connections first, provided that this crowd would still
+    /// be larger than the new connection's. If no address has more connections, the new one's address already has its share, and only its
+    /// own connections give way. If every connection is the only one of its address, the oldest that is silent, or whose handshake takes
+    /// too long, gives way.
     pub fn admit(&self, origin: Origin) -> Admission {
         let own = self.crowds.get(&origin);
         let size = own.map_or(0, Crowd::size);
@@ -218,7 +220,7 @@ mod tests {
         IpAddr::from([10, 1, (number >> 8) as u8, number as u8]).into()
     }
 
-    /// Admits one more stranger, as a listener does. Returns its number if it was admitted.
+    /// Admits one more stranger, as a listener does. Returns the number of the connection if it was admitted.
     fn enter(strangers: &mut Strangers, number: u64, from: Origin, speaks: bool) -> Option<u64> {
         match strangers.admit(from) {
             Admission::Free => {}
@@ -244,8 +246,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
-        /// Checks that, with fewer addresses than slots, the only connection of an address loses its slot to no other address, silent or
-        /// not.
+        /// Checks that, if there are fewer addresses than slots, the only connection of an address never loses its slot to another
+        /// address, whether it is silent or not.
         #[test]
         fn one_connection_of_an_address_keeps_its_slot(
             knocks in proptest::collection::vec((0_u16..15, any::<bool>(), 0_u64..3000), 0..400), before in 0_usize..40, speaks: bool,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The stream: a WebSocket that carries values, statistics, the log and end reports to its subscribers. A slow reader loses frames,
-//! delays nothing else, and is notified of the number lost.
+//! The stream: a WebSocket that carries values, statistics, the log and end reports to its subscribers. A slow reader misses frames,
+//! delays no one else, and is notified of the number missed.
 use crate::frames::{self, StreamRequest, Topic};
 use crate::presence::{SessionHold, present, shut_out};
 use crate::refused::RefusedRequest;
@@ -26,30 +26,31 @@ use tokio::sync::mpsc::error::TrySendError;
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 use tokio::task::JoinHandle;
 
-/// Name that a client may offer as its subprotocol; a browser requires the answer to name one that it offered.
+/// Name that a client may offer as a subprotocol; browsers require the answer to select one of those offered.
 const PROTOCOL: &str = "opengpac.v1";
-/// Maximum number of frames pending for a slow reader.
+/// Maximum number of frames queued for a slow reader.
 const FRAMES_MAX: usize = 64;
 /// Maximum size of a client's frame, bytes.
 const FRAME_MAX: usize = 64 << 10;
 /// Maximum number of subscriptions of one stream.
 const SUBSCRIPTIONS_MAX: usize = 32;
-/// Maximum number of log entries, or ends, in one frame.
+/// Maximum number of log entries or end reports in one frame.
 const ENTRIES_MAX: usize = 256;
-/// Period at which a silent reader is pinged, and time limit for a frame to leave.
+/// Period at which a silent reader is pinged, and time limit for sending a frame.
 const PING: Duration = Duration::from_secs(5);
 const LEAVE_MAX: Duration = Duration::from_secs(10);
-/// Period of a stream's heartbeat. A client that hears no beat for longer knows that nothing reaches it.
+/// Heartbeat period of a stream. A client that receives no heartbeat for longer can conclude that the connection is broken.
 const BEAT: Duration = Duration::from_millis(250);
-/// Maximum number of frames of a client in one second, including pings: more than any program or page sends.
+/// Maximum number of frames, including pings, that a client may send in one second: more than any program or page sends.
 const FRAMES_EACH_SECOND: u32 = 256;
-/// Close code of a stream whose client sends too many frames.
+/// Close code for a stream whose client sends too many frames.
 const TOO_MANY: u16 = 1008;
-/// Close code of a stream whose caller has lost access, and the time limit for sending it.
+/// Close code for a stream whose caller has lost access, and the time limit for sending it.
 const SHUT_OUT: u16 = 4401;
 const PARTING_MAX: Duration = Duration::from_millis(500);
 
-/// `?hold=true`: if the stream breaks, its session is lost. `?beat=true`: the stream has a heartbeat.
+/// Query parameters of a stream. With `?hold=true`, its session is lost if the stream breaks; with `?beat=true`, the stream has a
+/// heartbeat.
 #[derive(Default, Deserialize)]
 #[serde(default)]
 pub(crate) struct Options {
@@ -89,7 +90,7 @@ pub(crate) async fn open(
 /// Outgoing frame of a stream.
 enum Frame {
     Text(Box<StreamAnswer>),
-    /// Frame of a scope, with its slot until it has left.
+    /// Scope frame, which holds its slot until it has been sent.
     Binary(Vec<u8>, Slot),
 }
 
@@ -108,7 +109,7 @@ impl Frame {
 
 /// A running subscription of a stream, and its number of channels.
 type RunningSubscription = (JoinHandle<()>, usize);
-/// Subscriptions of one stream, by the names that its client gave them.
+/// Subscriptions of one stream, by the names that its client chose.
 type Subscriptions = HashMap<String, RunningSubscription>;
 
 /// Counts the frames that a client sends in one second.
@@ -122,7 +123,7 @@ impl Pace {
         Pace { since: Instant::now(), frames: 0 }
     }
 
-    /// Counts one more frame. Returns true if there are too many.
+    /// Counts one more frame. Returns true if the limit is exceeded.
     fn count(&mut self) -> bool {
         if self.since.elapsed() >= Duration::from_secs(1) {
             *self = Pace::new();
@@ -142,7 +143,7 @@ struct Stream {
 }
 
 impl Stream {
-    /// Serves the stream to its end, or until its caller loses access.
+    /// Serves the stream until it ends or its caller loses access.
     async fn serve(&self, mut socket: WebSocket, mut held: Option<SessionHold>) {
         let mut subscriptions: Subscriptions = HashMap::new();
         let close = tokio::select! {
@@ -196,7 +197,7 @@ impl Stream {
         }
     }
 
-    /// Executes a frame of the client.
+    /// Executes a frame from the client.
     fn follow(&self, sender: &Sender<Frame>, subscriptions: &mut Subscriptions, text: &str) -> Result<(), Failure> {
         let subscription = match frames::frame(text)? {
             StreamRequest::Unsubscribe(id) => {
@@ -233,7 +234,7 @@ impl Stream {
     }
 }
 
-/// Subscription: its topic and its progress.
+/// A subscription: its topic and its progress.
 struct Subscription {
     id: String,
     topic: Topic,
@@ -242,12 +243,12 @@ struct Subscription {
     raw: bool,
     /// Number of the next entry.
     since: u64,
-    /// Number of frames, or entries, since the last frame for which the reader was too slow.
+    /// Number of frames or entries dropped since the last frame because the reader was too slow.
     dropped: u64,
 }
 
 impl Subscription {
-    /// Sends the scope: a description of the channels, then every value of them.
+    /// Sends the frames of a scope: a description of the channels, then every value.
     async fn observe(self, service: Arc<Service>, sender: Sender<Frame>, _share: Share) {
         let (id, every) = (self.id.clone(), self.every.min(scope::EVERY_MAX));
         let opened = tokio::task::spawn_blocking(move || Scope::open(&service.system, &self.id, &self.names)).await;
@@ -321,7 +322,7 @@ impl Subscription {
         }
     }
 
-    /// Returns the next frame and the number after it, or `None` if there is nothing new.
+    /// Returns the next frame and the number of the entry after it, or `None` if there is nothing new.
     fn look(&self, service: &Service) -> Result<Option<(StreamAnswer, u64)>, Failure> {
         let system = &service.system;
         let told = StreamAnswer { dropped: Some(self.dropped), ..StreamAnswer::of(&self.id) };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! TLS: our certificate, and the client certificates that we accept.
+//! TLS: the server certificate, and the client certificates that are accepted.
 use daemon::secret;
 use model::refusal::{Class, Refusal, Refusals};
 use rustls::pki_types::{CertificateDer, PrivateKeyDer};
@@ -43,7 +43,7 @@ fn private_key(path: &Path) -> Result<PrivateKeyDer<'static>, Refusals> {
     key.ok_or_else(|| wrong(format!("there is no private key in '{}'", path.display()), "give a PEM file"))
 }
 
-/// Files of TLS, and the acceptor that was last made from them.
+/// TLS files, and the acceptor last created from them.
 pub struct Tls {
     certificate: PathBuf,
     key: PathBuf,
@@ -53,13 +53,13 @@ pub struct Tls {
 }
 
 impl Tls {
-    /// Reads the files. `client_ca` signs client certificates; `only_certificates` requires clients to have one.
+    /// Reads the files. `client_ca` signs client certificates; `only_certificates` makes them mandatory.
     pub fn open(certificate: &Path, key: &Path, client_ca: Option<&Path>, only_certificates: bool) -> Result<Tls, Refusals> {
         let acceptor = RwLock::new(acceptor(certificate, key, client_ca, only_certificates)?);
         Ok(Tls { certificate: certificate.to_owned(), key: key.to_owned(), client_ca: client_ca.map(Path::to_owned), only_certificates, acceptor })
     }
 
-    /// Rereads the files for future connections. If they are invalid, it fails and the previous files remain in use.
+    /// Reloads the files for future connections. If they are invalid, fails and continues to use the previous ones.
     pub fn reread(&self) -> Result<(), Refusals> {
         let new = acceptor(&self.certificate, &self.key, self.client_ca.as_deref(), self.only_certificates)?;
         *self.acceptor.write().unwrap_or_else(PoisonError::into_inner) = new;
@@ -72,7 +72,7 @@ impl Tls {
     }
 }
 
-/// Creates an acceptor of TLS connections from these files.
+/// Creates a TLS acceptor from these files.
 fn acceptor(certificate: &Path, key: &Path, client_ca: Option<&Path>, only_certificates: bool) -> Result<TlsAcceptor, Refusals> {
     let provider = Arc::new(rustls::crypto::ring::default_provider());
     let failed =

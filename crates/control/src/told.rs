@@ -6,13 +6,13 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use supervisor::{End, Entry, InstalledInstances, Statistics};
 
-/// A text frame of the stream: news of a subscription, or the reason for refusing a frame of the client.
+/// A text frame of the stream: an update of a subscription, or the reason why a frame of the client was refused.
 #[derive(Debug, Default, Serialize, JsonSchema)]
 pub(crate) struct StreamAnswer {
-    /// Subscription, by the name that its client chose.
+    /// Name that the client chose for the subscription.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
-    /// Heartbeat of a stream opened with `?beat=true`: the daemon's clock, ms. `OpenGPAC-As-Of` counts from it.
+    /// Heartbeat of a stream opened with `?beat=true`: the daemon's clock, ms. `OpenGPAC-As-Of` is relative to it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub beat: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -28,7 +28,7 @@ pub(crate) struct StreamAnswer {
     /// First frame of a scope, which describes the content of the binary frames that follow.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub scope: Option<ScopeHead>,
-    /// Number of frames, or entries, since the last frame of this subscription for which the reader was too slow.
+    /// Number of frames or entries of this subscription dropped since its last frame because the reader was too slow.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dropped: Option<u64>,
     /// Reason why the subscription ended or the frame was refused.
@@ -49,7 +49,7 @@ pub(crate) struct ScopeChannel {
     pub name: String,
     pub type_text: String,
     pub unit: String,
-    /// Number of numbers in one value: elements of an array, members of a struct.
+    /// Number of components of one value: elements of an array, members of a struct.
     pub components: usize,
 }
 

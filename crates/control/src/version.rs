@@ -14,20 +14,21 @@ pub struct Version {
     pub opengpac: &'static str,
     /// Version of the control interface.
     pub interface: u32,
-    /// Version of the block interface for shared objects.
+    /// Version of the binary block interface of shared objects.
     pub abi: u32,
-    /// Target of the machine for shared objects, such as `x86_64-linux`.
+    /// Target platform for shared objects on this machine, such as `x86_64-linux`.
     pub target: String,
     /// Name of the real-time system.
     pub system: String,
-    /// Identifier of this run of the system: a restarted system has another, and its log and its numbers restart.
+    /// Identifier of this run of the system. It changes when the system restarts, and log entries and other items are then numbered from
+    /// the start again.
     pub run: String,
     pub clock: ClockName,
     /// Role of the caller.
     pub role: Role,
 }
 
-/// The clock of a system.
+/// Clock of a system.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ClockName {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Audit file: one appended JSON line per command, with its caller. A configuration change that cannot be recorded is refused. A system
-//! that serves only its studio has no audit file unless requested; in that case commands are only in the log.
+//! Audit file: one JSON line per command, with its caller, is appended. A configuration change that cannot be recorded is refused. A
+//! system that serves only its studio has no audit file unless requested; commands are then recorded only in the log.
 use crate::caller::Caller;
 use crate::failure::Failure;
 use crate::requests::hex;
@@ -14,15 +14,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Maximum size of the file, bytes, at which it becomes `FILE.1`, and a new one begins.
+/// Maximum size of the file, bytes. When it is reached, the file becomes `FILE.1`, and a new one is started.
 pub(crate) const FILE_MAX: u64 = 64 << 20;
-/// Number of earlier files kept: `FILE.1` to `FILE.4`, the oldest last.
+/// Number of earlier files to keep: `FILE.1` to `FILE.4`, the last of which is the oldest.
 const OLD_MAX: usize = 4;
 
-/// Line of the file.
+/// A line of the file.
 #[derive(Serialize)]
 struct Line<'a> {
-    /// Time, s since 1970.
+    /// Time, s since the Unix epoch.
     time: f64,
     who: &'a str,
     role: &'a str,
@@ -30,24 +30,24 @@ struct Line<'a> {
     session: &'a str,
     call: &'a str,
     arguments_sha256: &'a str,
-    /// `begun`, `ok`, or the class of the refusal.
+    /// Outcome: `begun`, `ok`, or the class of the refusal.
     outcome: &'a str,
 }
 
-/// An act to record in a line.
+/// Action to be recorded in a line.
 #[derive(Clone, Debug)]
 pub struct Act {
     pub caller: Caller,
     /// Name of the session; empty if there is none.
     pub session: String,
     pub call: String,
-    /// Object of the act, for the log: an instance, a device, an SVV.
+    /// Object of the action, for the log: an instance, a device, an SVV.
     pub about: String,
     pub arguments_sha256: String,
 }
 
 impl Act {
-    /// Makes an act with these arguments; the file stores only their digest.
+    /// Creates an action with these arguments; the file stores only their digest.
     pub fn new(caller: &Caller, session: &str, call: &str, arguments: &[u8]) -> Act {
         Act {
             caller: caller.clone(),
@@ -69,7 +69,7 @@ pub struct Audit {
 /// The open file.
 struct Open {
     file: File,
-    /// Size in bytes.
+    /// Size of the file, bytes.
     len: u64,
     /// True if the last line was written successfully.
     is_written: bool,
@@ -86,12 +86,12 @@ impl Audit {
         Ok(Audit { file: Some(Mutex::new(Open::at(path)?)), path: path.to_owned(), max })
     }
 
-    /// Makes an audit without a file.
+    /// Creates an audit without a file.
     pub fn none() -> Audit {
         Audit { file: None, path: PathBuf::new(), max: FILE_MAX }
     }
 
-    /// Reopens the file by its name after something else has moved it. If this fails, the previous file stays open.
+    /// Reopens the file by its name, after another program has moved it. If this fails, the previous file stays open.
     pub fn reopen(&self) -> io::Result<()> {
         if let Some(file) = &self.file {
             *file.lock().expect("nobody panics with this lock") = Open::at(&self.path)?;
@@ -99,7 +99,7 @@ impl Audit {
         Ok(())
     }
 
-    /// Writes a line. Fails with `AuditFailed`; the first failure is also printed on standard error.
+    /// Writes a line. Fails with `AuditFailed`; the first failure is also reported on standard error.
     pub fn write(&self, act: &Act, outcome: &str) -> Result<(), Failure> {
         let Some(file) = &self.file else { return Ok(()) };
         let line = Line {
@@ -138,7 +138,7 @@ impl Audit {
         }
     }
 
-    /// Moves the file to `FILE.1`, each earlier one to the next number, and begins a new one.
+    /// Renames the file to `FILE.1` and each earlier file to the next number, and starts a new file.
     fn rotate(&self, open: &mut Open) -> io::Result<()> {
         let old = |number: usize| {
             let mut name = self.path.as_os_str().to_owned();

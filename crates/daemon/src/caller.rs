@@ -6,7 +6,7 @@ use api::Role;
 use model::refusal::Class;
 use std::net::SocketAddr;
 
-/// The other end of a connection.
+/// Other end of a connection.
 #[derive(Clone, Debug)]
 pub enum Peer {
     /// A Unix socket, with the user of the peer process.
@@ -16,7 +16,8 @@ pub enum Peer {
     Tcp {
         from: SocketAddr,
     },
-    /// `certificate`: SHA-256 of the client certificate's DER, signed by our authority.
+    /// TLS. `certificate` is the SHA-256 digest of the DER encoding of the client certificate, which is signed by the daemon's
+    /// certificate authority.
     Tls {
         from: SocketAddr,
         certificate: Option<[u8; 32]>,
@@ -36,37 +37,38 @@ impl Peer {
 /// Caller of a request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Caller {
-    /// `user 1000`, `token panel`, `certificate panel`, `studio` (the token of this run), `anybody`.
+    /// Name of the caller: `user 1000`, `token panel`, `certificate panel`, `studio` (the token of this run), or `anybody`.
     pub who: String,
     pub role: Role,
     pub from: String,
 }
 
-/// Credential by which a caller was authenticated, kept for rechecks.
+/// Credential with which a caller was authenticated, kept so that it can be rechecked.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Pass {
-    /// A credential that is valid as long as the daemon runs: the user of a Unix socket, the token of this run, any caller if
-    /// authentication is off.
+    /// Credential that is valid as long as the daemon runs: the user of a Unix socket, the token of this run, or none if authentication
+    /// is off.
     Lasting,
-    /// SHA-256 of a token.
+    /// SHA-256 digest of a token.
     Token([u8; 32]),
-    /// SHA-256 of a client certificate.
+    /// SHA-256 digest of a client certificate.
     Certificate([u8; 32]),
 }
 
-/// Authenticates callers.
+/// Gate that authenticates callers.
 pub struct Gate {
     pub tokens: Option<Tokens>,
     /// Token generated for this run.
     pub run: Option<RunToken>,
-    /// User that the daemon runs as.
+    /// User as which the daemon runs.
     pub uid: u32,
     /// True if callers without a token may observe from loopback.
     pub insecure_loopback: bool,
 }
 
 impl Gate {
-    /// Returns the caller of a request with this token, and the credential by which it was authenticated; fails if it is not admitted.
+    /// Authenticates a request with this token. Returns its caller, and the credential with which it was authenticated; fails if it is
+    /// not admitted.
     pub fn let_in(&self, peer: &Peer, token: Option<&str>) -> Result<(Caller, Pass), Failure> {
         let from = match peer {
             Peer::Unix { .. } => "unix".to_owned(),
@@ -92,8 +94,8 @@ impl Gate {
         }
     }
 
-    /// Rechecks an authenticated caller: its token or certificate must still be valid and give the same role. Anything that lasts longer
-    /// than a request rechecks every second.
+    /// Rechecks an authenticated caller: its token or certificate must still be valid and must still have the same role. Anything that
+    /// lasts longer than a request is rechecked every second.
     pub fn look_again(&self, caller: &Caller, pass: &Pass) -> Result<(), Failure> {
         let now = match pass {
             Pass::Lasting => return Ok(()),
@@ -113,7 +115,7 @@ impl Gate {
         Ok(Caller { who: format!("token {}", entry.name), role: entry.role, from })
     }
 
-    /// Returns the caller of a certificate; a certificate that is signed but not listed may observe.
+    /// Returns the caller identified by a certificate; the holder of a certificate that is signed but not listed may observe.
     fn of_certificate(&self, sha256: [u8; 32], from: String) -> Result<Caller, Failure> {
         let known = self.tokens.as_ref().map_or(Err(TokenRejection::Wrong), |tokens| tokens.verify_certificate(sha256, now_s()));
         match known {

@@ -3,31 +3,32 @@
 use std::sync::LazyLock;
 use std::time::{Duration, Instant};
 
-/// Origin of the time reported to clients. It is random, so that a time from another run is not valid in this one.
+/// Origin of the time reported to clients. It is random, so that times from another run are not valid in this one.
 static BEGUN: LazyLock<(Instant, u64)> = LazyLock::new(|| (now(), u64::from(getrandom::u32().unwrap_or(1 << 31)) + (1 << 32)));
 
-/// Returns the current time by the runtime's clock, which a test may hold.
+/// Returns the current time on the runtime's clock, which a test may hold.
 pub fn now() -> Instant {
     tokio::time::Instant::now().into_std()
 }
 
-/// Delay from which a check was held up together with its process.
+/// Delay of a check above which the whole process is considered to have been suspended.
 const STOOD_STILL: Duration = Duration::from_millis(250);
 
-/// Periodic checks by the machine's clock: a late check was held up, and data that arrived meanwhile is still waiting to be received.
+/// Periodic checks on the machine's clock. If a check is late, the process was suspended, and data that arrived in the meantime have not
+/// been received yet.
 pub struct Looks {
     every: Duration,
     due: Instant,
 }
 
 impl Looks {
-    /// Makes checks, the first of which is due now.
+    /// Creates periodic checks, the first of which is due now.
     #[must_use]
     pub fn new(every: Duration) -> Looks {
         Looks { every, due: Instant::now() }
     }
 
-    /// Performs one check. Returns its delay if the process was held up.
+    /// Performs one check. Returns its delay if the process was suspended.
     pub fn look(&mut self) -> Option<Duration> {
         let now = Instant::now();
         let late = now.saturating_duration_since(self.due);

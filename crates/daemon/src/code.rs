@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Check that code is compatible: version of the block interface and target machine of a shared object.
+//! Compatibility check for code: version of the block interface, and target platform, of a shared object.
 use crate::failure::Failure;
 use model::refusal::Class;
 use serde::Deserialize;
@@ -8,23 +8,23 @@ use serde::Deserialize;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModuleOrigin {
-    /// Name of the file; the suffix determines its kind.
+    /// Name of the file; its extension determines its kind.
     pub file: String,
     pub sha256: String,
     /// Version of the block interface of a shared object.
     #[serde(default)]
     pub abi: Option<u32>,
-    /// Target machine of a shared object.
+    /// Target platform of a shared object.
     #[serde(default)]
     pub target: Option<String>,
 }
 
-/// Returns the target of this machine: `x86_64-linux`.
+/// Returns the target platform of this machine, such as `x86_64-linux`.
 pub fn target() -> String {
     format!("{}-{}", std::env::consts::ARCH, std::env::consts::OS)
 }
 
-/// Refuses a shared object for another machine or another block interface, and names it.
+/// Refuses a shared object for a different platform or block interface; the refusal names the module.
 pub fn check_target(module: &str, named: &ModuleOrigin, bytes: &[u8]) -> Result<(), Failure> {
     let refuse = |message: String, remedy: &str| Err(Failure::new(Class::ModuleError, message, remedy));
     if !bytes.starts_with(b"\x7fELF") {

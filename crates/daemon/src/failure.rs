@@ -10,33 +10,33 @@ pub struct Failure {
     pub ground: Ground,
 }
 
-/// Cause of a failure, for cases that the class of its first refusal does not distinguish.
+/// Cause of a failure, for cases that cannot be distinguished by the class of its first refusal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ground {
-    /// The class is specific enough.
+    /// The class is sufficiently specific.
     OfClass,
-    /// The caller was not recognised: its token, certificate or user is missing or wrong.
+    /// The caller could not be authenticated: its token, certificate or user is missing or wrong.
     UnknownCaller,
-    /// There were too many requests, or they were too frequent: the caller may retry after this time, s.
+    /// There were too many requests, or they were too frequent. The caller may retry after this time, s.
     TooMany { again_in_s: u64 },
     /// The request did not arrive in time.
     TooSlow,
-    /// An internal fault of the daemon.
+    /// An internal error of the daemon.
     Internal,
 }
 
 impl Failure {
-    /// Makes a failure with one refusal.
+    /// Creates a failure with one refusal.
     pub fn new(class: Class, message: impl Into<String>, remedy: impl Into<String>) -> Failure {
         Failure::from(vec![Refusal::new(class, message).remedy(remedy)])
     }
 
-    /// Sets the ground.
+    /// Sets the cause.
     pub fn ground(self, ground: Ground) -> Failure {
         Failure { ground, ..self }
     }
 
-    /// Sets the time after which to retry, s, because requests were too many or too frequent.
+    /// Sets the time after which the caller may retry, s, because its requests were too many or too frequent.
     pub fn again_in(self, seconds: u64) -> Failure {
         self.ground(Ground::TooMany { again_in_s: seconds })
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Files uploaded by a programming system: stored by content in a private folder that is deleted with the daemon.
+//! Files uploaded by a programming system: stored by content in a private folder, which is deleted when the daemon exits.
 use crate::failure::Failure;
 use crate::requests::{hex, is_sha256};
 use api::Role;
@@ -20,7 +20,7 @@ use supervisor::{Reach, ReachingValue};
 /// A stored file.
 #[derive(Clone, Copy, Debug, Serialize, JsonSchema)]
 pub struct StoredFile {
-    /// Size in bytes.
+    /// Size of the file, bytes.
     pub bytes: u64,
 }
 
@@ -29,7 +29,7 @@ pub const FILE_MAX: usize = 64 << 20;
 /// Maximum total size of all files, bytes.
 const FILES_MAX: u64 = 512 << 20;
 
-/// The private folder of uploaded files.
+/// Private folder for uploaded files.
 pub struct Files {
     folder: PathBuf,
     /// Total size of the stored files, bytes.
@@ -42,12 +42,12 @@ pub struct Files {
 pub struct Reference {
     /// Name of the main file.
     pub main: String,
-    /// Relative name → SHA-256.
+    /// Relative name → SHA-256 digest.
     pub files: BTreeMap<String, String>,
 }
 
 impl Files {
-    /// Makes a new folder of mode 0700. Removes folders of daemons that were killed.
+    /// Creates a new folder with mode 0700. Deletes folders left by daemons that were killed.
     pub fn new() -> io::Result<Files> {
         let home = std::env::temp_dir();
         remove_orphans(&home);
@@ -60,7 +60,7 @@ impl Files {
         Ok(Files { folder, total: Mutex::new(0) })
     }
 
-    /// Stores a file. Fails if its digest does not match, or if there is no room.
+    /// Stores a file. Fails if its digest does not match, or if the size limit would be exceeded.
     pub fn put(&self, sha256: &str, bytes: &[u8]) -> Result<(), Failure> {
         check_digest(sha256, bytes, "the file")?;
         let path = self.folder.join("content").join(sha256);
@@ -90,7 +90,7 @@ impl Files {
         if is_sha256(sha256) { fs::read(self.folder.join("content").join(sha256)).ok() } else { None }
     }
 
-    /// Runs a function on a file of this name in a temporary folder, which is removed afterwards.
+    /// Runs a function on a file with this name in a temporary folder, which is deleted afterwards.
     pub fn with<T>(&self, name: &str, bytes: &[u8], run: impl FnOnce(&Path) -> T) -> Result<T, Failure> {
         let is_plain = matches!(Path::new(name).components().collect::<Vec<_>>()[..], [Component::Normal(_)]);
         if !is_plain {
@@ -107,8 +107,8 @@ impl Files {
         result
     }
 
-    /// Lays out the files that a value refers to, and replaces the value by their path. A value that is a path, or names code, requires
-    /// the role `download`: no other caller may use files of this machine.
+    /// Lays out the files to which a value refers, and replaces the value with their path. A value that is a path, or refers to code,
+    /// requires the role `download`, because no other caller may use files of this machine.
     pub fn resolve(&self, of: ReachingValue<'_>, role: Role) -> Result<(), Failure> {
         let ReachingValue { option, reach, value } = of;
         let is_reference = value.is_object();
@@ -128,7 +128,7 @@ impl Files {
         Ok(())
     }
 
-    /// Lays out the files of a reference under their names, in a folder that is kept because a device may be reopened.
+    /// Lays out the files of a reference under their names, in a folder that is kept, because a device may be reopened.
     fn lay_out(&self, reference: &Reference) -> Result<PathBuf, Failure> {
         let mut digest = Sha256::new();
         for (name, sha256) in &reference.files {
@@ -174,7 +174,7 @@ impl Drop for Files {
 
 const PREFIX: &str = "opengpac-rts-";
 
-/// Removes folders of daemons that have ended. Folders of other users cannot be removed and are left.
+/// Deletes folders left by daemons that have exited. Folders of other users cannot be deleted and are left alone.
 fn remove_orphans(home: &Path) {
     for entry in fs::read_dir(home).into_iter().flatten().flatten() {
         let name = entry.file_name();

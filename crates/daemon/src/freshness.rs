@@ -7,7 +7,7 @@ use model::refusal::Class;
 /// Maximum age of a command, ms.
 const AGE_MAX_MS: u64 = 500;
 
-/// Refuses a command that is too old, or has a time from another run of the daemon.
+/// Refuses a command that is too old, or whose time is from another run of the daemon.
 pub fn check(call: &str, as_of_ms: Option<u64>) -> Result<(), Failure> {
     as_of_ms.map_or(Ok(()), |then| judge(call, told_ms(), then))
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Journal of a daemon: the calls that configured its system, from which a restarted daemon restores it.
 //!
-//! A call is recorded after it was made and before it is answered. [`lines`] defines the form of a file, [`ledger`] computes its effect,
-//! [`file`](self::file) and [`content`] store it, [`playing`](crate::playing) repeats it.
+//! A call is recorded after it was made and before it is answered. [`lines`] defines the format of the file, [`ledger`] computes its
+//! effect, [`file`](self::file) and [`content`] store it, and [`playing`](crate::playing) repeats it.
 pub(crate) mod compaction;
 mod content;
 mod file;
@@ -41,13 +41,13 @@ pub struct Journal {
 pub(crate) struct Inner {
     head: Head,
     file: LogFile,
-    /// Lines in the file, or to be written once it is writable again.
+    /// Lines that are in the file, or that will be written once it is writable again.
     pub(crate) ledger: Ledger,
-    /// Instances of this run of the daemon by their number in the journal.
+    /// Instances of this run of the daemon, by their number in the journal.
     pub(crate) instances: BTreeMap<u64, u64>,
     /// Recordings in progress in this run of the daemon, with the names under which they were started.
     pub(crate) recordings: BTreeMap<u64, Json>,
-    /// True if the last line could not be written: the whole file must be rewritten first.
+    /// True if the last line could not be written, so that the whole file must be rewritten first.
     is_broken: bool,
 }
 
@@ -60,8 +60,8 @@ fn unwritable(path: &Path, why: &io::Error) -> Refusals {
 }
 
 impl Journal {
-    /// Opens the journal of a system, and rewrites it without obsolete lines. Also returns messages for a person. Fails, without touching
-    /// the file, if another daemon uses it, or if a line is damaged or belongs to another version or system.
+    /// Opens the journal of a system, and rewrites it without obsolete lines. Also returns messages for the operator. Fails, without
+    /// changing the file, if another daemon uses it, or if a line is damaged or belongs to another version or system.
     pub fn open(path: &Path, system: &str) -> Result<(Journal, Vec<String>), Refusals> {
         let shown = path.display();
         let (lock, bytes) = file::lock(path).map_err(|why| match why {
@@ -107,7 +107,7 @@ impl Journal {
         call.journal.recorded != JournalEntry::Nothing
     }
 
-    /// Checks that there is room for the line of a call that must not go unrecorded. Fails with `AuditFailed` before anything is done.
+    /// Checks that there is space for the line of a call that must not go unrecorded. Fails with `AuditFailed` before anything is done.
     pub fn ready(&self, bytes: usize) -> Result<(), Failure> {
         let mut inner = self.locked();
         // Room for the rest of the line, in addition to the arguments.
@@ -115,7 +115,7 @@ impl Journal {
         inner.mend().and_then(|()| inner.file.reserve(room)).map_err(|why| self.refused(&why, "nothing was done"))
     }
 
-    /// Stores the files that the options of a device refer to. Fails with `AuditFailed`.
+    /// Stores the files to which the options of a device refer. Fails with `AuditFailed` if they cannot be stored.
     pub fn keep_files(&self, arguments: &Map<String, Json>, files: &Files) -> Result<(), Failure> {
         for sha256 in referred(arguments) {
             // The call itself refuses a missing file.
@@ -130,7 +130,8 @@ impl Journal {
         self.content.keep(sha256, bytes).map_err(|why| self.refused(&why, "nothing was done"))
     }
 
-    /// Records a call that was made. Fails with `AuditFailed` if the call configures; for an operating call the failure is only reported.
+    /// Records a call that was made. If this fails, a configuring call fails with `AuditFailed`; for an operating call, the failure is
+    /// only reported.
     pub fn made(&self, system: &System, call: &Call, arguments: Map<String, Json>, result: &Json, by: By) -> Result<(), Failure> {
         let mut inner = self.locked();
         let written = match inner.line(system, call, arguments, result, by) {
@@ -142,7 +143,7 @@ impl Journal {
         self.said(system, call.role, written.and(looked))
     }
 
-    /// Stores the bytes of a module before it is downloaded, and checks that there is room for its line.
+    /// Stores the bytes of a module before it is downloaded, and checks that there is space for its line.
     pub fn ready_for_module(&self, sha256: &str, bytes: &[u8]) -> Result<(), Failure> {
         self.ready(0)?;
         self.keep_content(sha256, bytes)
@@ -175,13 +176,13 @@ impl Journal {
         let _said = self.said(system, Role::Operate, written);
     }
 
-    /// Records that a session was closed in order.
+    /// Records that a session was closed in an orderly way.
     pub fn closed(&self, system: &System, session: &str) {
         let written = self.locked().append(Line::Closed { session: session.to_owned() });
         let _said = self.said(system, Role::Operate, written);
     }
 
-    /// Records an orderly end of the daemon, and with it of everything that runs.
+    /// Records that the daemon ends in an orderly way, and everything that is running with it.
     pub fn end(&self, system: &System) {
         let mut inner = self.locked();
         let mut written = inner.ledger.running().into_iter().try_for_each(|of| inner.became(of, State::Ended));
@@ -201,7 +202,7 @@ impl Journal {
         Failure::new(Class::AuditFailed, message, "make room for it; observing, operating and stopping still work")
     }
 
-    /// Reports a line that could not be written: as an error to a configuring caller, and to everyone in the log.
+    /// Reports a line that could not be written: as an error to a caller that configures, and in the log for everyone.
     fn said(&self, system: &System, role: Role, written: io::Result<()>) -> Result<(), Failure> {
         let Err(why) = written else {
             self.told.store(false, Ordering::Relaxed);
@@ -225,7 +226,7 @@ fn damaged(path: &Path, line: usize, why: &str) -> Refusals {
     refuse(Class::DefinitionError, message, "fix or delete that line, or move the file away to begin without it; it was not changed")
 }
 
-/// Returns the digests of the files that a call refers to, at every depth of its options.
+/// Returns the digests of the files to which a call refers, at any depth of its options.
 fn referred(arguments: &Map<String, Json>) -> Vec<String> {
     let mut found = Vec::new();
     let mut left: Vec<&Json> = arguments.get("options").into_iter().collect();
@@ -242,7 +243,7 @@ fn referred(arguments: &Map<String, Json>) -> Vec<String> {
     found
 }
 
-/// Returns the digests of all content that lines refer to.
+/// Returns the digests of all content to which lines refer.
 pub(crate) fn needed(ledger: &Ledger) -> BTreeSet<String> {
     let of = |line: &Line| match line {
         Line::Module { sha256, .. } => vec![sha256.clone()],
@@ -260,13 +261,13 @@ fn recording_ended(name: Json) -> Line {
     Line::Call { call, of: None, arguments, withheld: Vec::new(), by }
 }
 
-/// Returns the time, s since 1970.
+/// Returns the current time, s since the Unix epoch.
 fn now_s() -> f64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0.0, |since| since.as_secs_f64())
 }
 
 impl By {
-    /// Returns the record of a caller, with its session if any, and the current time.
+    /// Returns the record of a caller, with its session, if any, and the current time.
     pub fn of(caller: &Caller, session: &str) -> By {
         By { who: caller.who.clone(), role: caller.role, session: session.to_owned(), time: now_s() }
     }
@@ -310,12 +311,12 @@ impl Inner {
         self.instances.iter().find(|(_, live)| **live == instance).map(|(number, _)| *number)
     }
 
-    /// Returns the subject of an instance in the journal: an instance created under it, or a device's own verb.
+    /// Returns the subject of an instance in the journal: an instance that the journal created, or a device's own verb.
     fn subject(&self, system: &System, instance: u64) -> Option<Subject> {
         self.number(instance).map(Subject::Instance).or_else(|| system.instance_about(instance).ok()?.owner.map(Subject::Device))
     }
 
-    /// Returns the line of a call that was made; `None` if it does not need to be recorded.
+    /// Returns the line for a call that was made; `None` if it does not need to be recorded.
     fn line(&mut self, system: &System, call: &Call, mut arguments: Map<String, Json>, result: &Json, by: By) -> Option<Line> {
         let instance = arguments.get("instance").and_then(Json::as_u64);
         let of = match call.effect {

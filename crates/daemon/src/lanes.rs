@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Lanes: threads and shares for each kind of request, so that lasting or costly requests hold up only their own kind, and stopping calls
-//! wait for none of them.
+//! Lanes: threads and shares for each kind of request, so that lasting or costly requests delay only requests of their own kind, and
+//! calls that stop something wait for none of them.
 //!
 //! | lane | requests | threads | one caller at a time | all |
 //! |---|---|---|---|---|
 //! | stop | calls that stop, and those that lead to one | its own 32 | 8, an emergency stop unbounded | 16 |
-//! | wait | calls that last, in slices of 1 s at the most | shared | 24 | 128, 32 of them for `operate` and above |
-//! | costly | checks of definitions, histories and large listings | its own 2, of lower priority | 1, and 7 that wait for it | 2, and 46 that wait |
+//! | wait | calls that last, in slices of at most 1 s | shared | 24 | 128, 32 of them for `operate` and above |
+//! | costly | checks of definitions, histories and large listings | its own 2, with lower priority | 1, and 7 that wait for it | 2, and 46 that wait |
 //! | usual | everything else | shared | 8, the others wait for their turn | 32 |
 //!
-//! A brief call (`Call::brief`) runs on the thread that received it, and a lasting one begins there: waking a thread of the lane would
-//! take longer than the call. Meanwhile the runtime serves its other connections from another thread.
+//! A brief call (`Call::brief`) runs on the thread that received it, and a lasting one starts there, because waking a thread of the lane
+//! would take longer than the call. Meanwhile the runtime serves its other connections on another thread.
 use crate::caller::Caller;
 use crate::calls::Call;
 use crate::failure::{Failure, Ground};
@@ -24,58 +24,58 @@ use tokio::runtime::{Builder, Handle, Runtime, RuntimeFlavor};
 use tokio::sync::Semaphore;
 use tokio::task::block_in_place;
 
-/// Maximum number of concurrent waits, of all callers and of one.
+/// Maximum number of concurrent waits, in total and per caller.
 const WAITS_MAX: usize = 128;
 const WAITS_EACH_MAX: usize = 24;
 /// Number of waits reserved for roles that may command and stop.
 const WAITS_KEPT: usize = 32;
-/// Maximum number of concurrent stopping calls, of all callers and of one, and their threads: the remaining threads are for emergency
-/// stops.
+/// Maximum number of concurrent calls that stop something, in total and per caller, and number of their threads. The remaining threads
+/// are for emergency stops.
 const STOPS_MAX: usize = 16;
 const STOPS_EACH_MAX: usize = 8;
 const STOP_THREADS: usize = 2 * STOPS_MAX;
-/// Maximum number of costly calls, including those waiting for their turn, of all callers and of one, and the number executed
+/// Maximum number of costly calls, including those waiting for their turn, in total and per caller, and maximum number executed
 /// concurrently.
 const COSTLY_MAX: usize = 48;
 const COSTLY_EACH_MAX: usize = 8;
 const COSTLY_THREADS: usize = 2;
-/// Amount by which the priority of their threads is lowered.
+/// Amount by which the priority of the threads for costly calls is lowered.
 const COSTLY_NICE: i32 = 10;
-/// Maximum number of usual calls executed concurrently, of all callers and of one.
+/// Maximum number of usual calls executed concurrently, in total and per caller.
 const USUAL_MAX: usize = 32;
 const USUAL_EACH_MAX: usize = 8;
-/// Maximum number of subscriptions to scopes, of all callers and of one; each has rings of values in every source.
+/// Maximum number of subscriptions to scopes, in total and per caller. Each has rings of values in every source.
 const SCOPES_MAX: usize = 64;
 const SCOPES_EACH_MAX: usize = 32;
-/// Maximum number of bytes of incoming bodies, and of outgoing answers, larger than [`SMALL`].
+/// Maximum total size of incoming bodies and outgoing answers larger than [`SMALL`], bytes.
 const BODIES_MAX: usize = 24 << 20;
 const BODIES_EACH_MAX: usize = 8 << 20;
 const ANSWERS_MAX: usize = 48 << 20;
 const ANSWERS_EACH_MAX: usize = 16 << 20;
-/// Size up to which bodies and answers are limited only by the number of connections.
+/// Size up to which bodies and answers are limited only by the number of connections, bytes.
 pub const SMALL: usize = 64 << 10;
-/// Threads for calls in the runtime that serves connections: waits, scopes under the virtual clock, usual calls and the daemon's own
-/// checks.
+/// Number of threads for calls in the runtime that serves connections: waits, scopes under the virtual clock, usual calls, and the
+/// daemon's own checks.
 const SHARED_THREADS: usize = WAITS_MAX + SCOPES_MAX + USUAL_MAX + 16;
 
-/// Time for which the receiving thread waits for a lasting call: a firing at 1 kHz.
+/// Time for which the receiving thread waits for a lasting call, equal to one firing at 1 kHz.
 pub const BRIEF: Duration = Duration::from_millis(1);
 
 /// Lane in which a request waits and runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lane {
-    /// Lane of an emergency stop, which always has a thread and is never limited.
+    /// Lane for emergency stops, which always have a thread and are never limited.
     Emergency,
     Stop,
     Wait,
     Costly,
     Usual,
-    /// Like the usual lane, but calls run on the thread that received them.
+    /// Lane like the usual one, but its calls run on the thread that received them.
     Brief,
 }
 
 impl Lane {
-    /// Returns the lane of a call. A stopping call begins in the stop lane; the wait for its end is treated as any other.
+    /// Returns the lane of a call. A call that stops something starts in the stop lane; the wait for its end is treated like any other.
     pub fn of(call: &Call) -> Lane {
         match call {
             call if call.stops_all => Lane::Emergency,
@@ -130,7 +130,7 @@ impl Runtimes {
         })
     }
 
-    /// Ends all runtimes; anything still running afterwards is abandoned.
+    /// Shuts down all runtimes; anything still running afterwards is abandoned.
     pub fn end(self, within: Duration) {
         self.serving.shutdown_timeout(within);
         self.stops.shutdown_background();
@@ -157,7 +157,7 @@ pub struct Lanes {
 }
 
 impl Lanes {
-    /// Makes the lanes, with their own threads if there are runtimes, or else on those of the server.
+    /// Creates the lanes. They have their own threads if runtimes are passed; otherwise they use the threads of the server.
     pub fn new(on: Option<&Runtimes>) -> Arc<Lanes> {
         let threads = |of: fn(&Runtimes) -> &Runtime| on.map_or(Threads::Here, |on| Threads::Own(of(on).handle().clone()));
         Arc::new(Lanes {
@@ -198,8 +198,8 @@ pub struct LaneTicket {
 }
 
 impl LaneTicket {
-    /// Runs the request on a thread of its lane, in turn. It keeps its resources until it is done, even if no caller waits for it any
-    /// longer.
+    /// Runs the request on a thread of its lane when its turn comes. It keeps its resources until it is complete, even if no caller is
+    /// waiting for it any longer.
     pub async fn run<T: Send + 'static>(self, run: impl FnOnce() -> Result<T, Failure> + Send + 'static) -> Result<T, Failure> {
         let LaneTicket { lanes, lane, who, share } = self;
         let turn = match lane {
@@ -220,14 +220,14 @@ impl LaneTicket {
         running.await.map_err(|_| failed_inside())?
     }
 
-    /// Begins a brief lasting call on the receiving thread; `run` continues it.
+    /// Starts a brief lasting call on the receiving thread; `run` continues it.
     pub fn begin<T>(&self, run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
         in_place(run)
     }
 }
 
-/// Runs a brief call on the thread of the connection. Another thread takes over the other connections of this one, so that an unexpected
-/// delay (the lock of the core is held, the disk of the audit file is slow) holds up only this connection.
+/// Runs a brief call on the thread of the connection. Another thread takes over the other connections of this thread, so that an
+/// unexpected delay (the lock of the core is held, the disk of the audit file is slow) affects only this connection.
 fn in_place<T>(run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
     let run = || catch_unwind(AssertUnwindSafe(run));
     let ran = match Handle::current().runtime_flavor() {

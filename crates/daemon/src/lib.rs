@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A real-time system that outlives its callers: identifies callers, manages their sessions and command, limits their use of resources,
-//! and restores a restarted system.
+//! A real-time system that outlives its callers: authenticates callers, manages their sessions and command, limits their use of
+//! resources, and restores the system after a restart.
 //!
 //! A front end (the crate `control` over HTTP) decodes a request, authenticates its caller at the [`Gate`], admits it to its lane
-//! ([`lanes`]) and makes one call of [`Service`]. There it is checked against its declaration in [`api`], recorded by the [`Audit`] and
-//! the [`journal`], and executed.
+//! ([`lanes`]) and makes one call of [`Service`]. There the request is checked against its declaration in [`api`], recorded by the
+//! [`Audit`] and the [`journal`], and executed.
 mod audit;
 mod caller;
 pub mod calls;

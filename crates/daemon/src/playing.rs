@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Replay of a journal: the configuration is restored in order; then everything that was still running is started again.
+//! Replay of a journal: the configuration is restored in order; then everything that was still running is restarted.
 use crate::audit::Act;
 use crate::caller::Caller;
 use crate::calls;
@@ -17,18 +17,18 @@ use std::collections::{BTreeMap, HashMap};
 use std::time::{Duration, Instant};
 use supervisor::{Anew, OfProcessor, TakenOver, WaitResult};
 
-/// Period of progress reports.
+/// Interval between progress reports.
 const SAY: Duration = Duration::from_secs(1);
-/// Time for which a wait continues before it checks whether to go on.
+/// Time for which a wait continues before it checks whether the replay should continue.
 const SLICE: Duration = Duration::from_millis(50);
 /// Time limit for a device to be enabled, ns of the system's clock.
 const ENABLED_WITHIN_NS: i64 = 10_000_000_000;
 
 /// Observer of a daemon's start.
 pub trait Watcher {
-    /// Reports a message for a person.
+    /// Reports a message for the operator.
     fn tell(&mut self, text: &str);
-    /// Returns true if the replay is to continue; called repeatedly.
+    /// Returns true if the replay should continue; called repeatedly.
     fn goes_on(&mut self) -> bool;
 }
 
@@ -58,7 +58,8 @@ struct Player<'a> {
     said: Instant,
 }
 
-/// Replays the journal of a service before it accepts calls. Fails if it was interrupted, and, with `strict`, if anything failed.
+/// Replays the journal of a service before it accepts calls. Fails if the replay was interrupted or, if `strict` is true, if anything
+/// failed.
 pub fn play(service: &Service, journal: &Journal, strict: bool, watcher: &mut dyn Watcher) -> Result<(), Refusals> {
     let (kept, suspended, is_stopped) = {
         let inner = journal.locked();
@@ -108,7 +109,7 @@ pub fn play(service: &Service, journal: &Journal, strict: bool, watcher: &mut dy
     Ok(())
 }
 
-/// Returns true if a line starts something or concerns a running subject.
+/// Returns true if a line starts something, or refers to a running subject.
 fn runs(line: &Line) -> bool {
     match line {
         Line::Call { call, of, .. } => of.is_some() && !creates(call),
@@ -126,7 +127,7 @@ fn subject(line: &Line) -> Option<&Subject> {
 }
 
 impl Player<'_> {
-    /// Loads the files that calls refer to into the service.
+    /// Loads the files to which calls refer into the service.
     fn content(&mut self) {
         let needed = needed(&self.journal.locked().ledger);
         for sha256 in needed {
@@ -177,8 +178,9 @@ impl Player<'_> {
         self.failures.push(Refusal::new(Class::InvalidState, told).remedy(remedy));
     }
 
-    /// Takes over what runs in processes that lost the previous daemon, so that it continues in the current configuration. Everything has
-    /// been restored by now, so that it finds its successors; nothing of this system has reached a device there before.
+    /// Takes over everything that runs in processes that lost the previous daemon, so that it continues in the current configuration.
+    /// Called after everything has been restored, so that running blocks find their successors; until then, this system does not access
+    /// the devices in these processes.
     fn take_over(&mut self) {
         match self.service.system.take_over() {
             Ok(TakenOver { processors }) => processors.iter().for_each(|of| {
@@ -230,7 +232,7 @@ impl Player<'_> {
         Ok(arguments)
     }
 
-    /// Registers the instance or device that a call created or started, for later lines, and the session that owned it.
+    /// Registers the instance or device that a call created or started, for use by later lines, and the session that owned it.
     fn follow(&mut self, (call, arguments): (&str, &Map<String, Json>), of: Option<&Subject>, by: &By, result: &Json) -> Result<(), Failure> {
         match (effect(call), of) {
             (Effect::BeginsRecording, _) => {
@@ -258,7 +260,7 @@ impl Player<'_> {
         Ok(())
     }
 
-    /// Restores the session of a line, if it names one, and passes the instance to it.
+    /// Restores the session of a line, if it has one, and passes the instance to it.
     fn owned(&self, by: &By, instance: u64, give: impl FnOnce(&Sessions)) {
         if !by.session.is_empty() && instance > 0 {
             self.service.sessions.restore(&by.session, &caller(by), Instant::now());
@@ -285,7 +287,7 @@ impl Player<'_> {
     }
 }
 
-/// Repeats a call with the rights of its original caller.
+/// Repeats a call with the permissions of its original caller.
 fn make(service: &Service, name: &str, arguments: Map<String, Json>, by: &By) -> Result<Json, Failure> {
     let unknown = || Failure::new(Class::UnknownName, format!("there is no call '{name}'"), "check whether this daemon is older than the journal");
     let call = calls::find(name).ok_or_else(unknown)?;
@@ -311,7 +313,7 @@ fn taken(of: &OfProcessor) -> String {
     format!("{what} was taken over: {} blocks continue, {} have ended{held}", carried.len(), ended.len())
 }
 
-/// Returns true if nothing is started when the replay of this call fails: a guard that would stop a motion is missing.
+/// Returns true if nothing is started when replaying this call fails, because a safeguard that would stop a motion is missing.
 fn watches(call: &str) -> bool {
     calls::find(call).is_some_and(|call| call.journal.watches)
 }

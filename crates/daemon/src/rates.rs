@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use std::sync::Mutex;
 use std::time::Instant;
 
-/// Maximum number of remembered callers.
+/// Maximum number of callers to remember.
 const CALLERS_MAX: usize = 1024;
 
 /// Buckets of one kind.
@@ -17,7 +17,7 @@ pub struct Rates {
 }
 
 impl Rates {
-    /// Makes rate limits of `per_s` requests a second, with bursts of `burst`.
+    /// Creates rate limits of `per_s` requests a second, with bursts of `burst`.
     pub fn new(per_s: f64, burst: f64) -> Rates {
         Rates { per_s, burst, buckets: Mutex::default() }
     }

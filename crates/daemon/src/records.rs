@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Recordings of callers, which they record, read and replay by plain names in the one folder configured at the daemon's start.
+//! Recordings of callers, who record, read and replay them by plain names in a single folder, which is configured when the daemon starts.
 use crate::failure::Failure;
 use crate::requests::hex;
 use api::RecordArguments;
@@ -8,7 +8,7 @@ use serde_json::{Map, Value as Json};
 use std::path::{Component, Path};
 
 /// Resolves the path of a recording within the folder, and sets the arguments for the folder and the trusted code. Callers cannot choose
-/// to continue files of another daemon. Fails if there is no folder or the name is not plain.
+/// to continue files of another daemon. Fails if no folder is configured, or if the name is not plain.
 pub fn place(folder: Option<&Path>, trust: &[String], takes: &RecordArguments, arguments: &mut Map<String, Json>) -> Result<(), Failure> {
     if let Some(argument) = takes.trust {
         arguments.insert(argument.to_owned(), trust.into());
@@ -36,7 +36,7 @@ pub fn place(folder: Option<&Path>, trust: &[String], takes: &RecordArguments, a
     Ok(())
 }
 
-/// Gives a new recording its own identity, by which a restarted daemon recognises its files.
+/// Assigns a new recording its own identity, by which a restarted daemon recognises its files.
 pub fn identify(takes: &RecordArguments, arguments: &mut Map<String, Json>) -> Result<(), Failure> {
     if let Some(argument) = takes.identity {
         let mut random = [0_u8; 8];
@@ -46,7 +46,7 @@ pub fn identify(takes: &RecordArguments, arguments: &mut Map<String, Json>) -> R
     Ok(())
 }
 
-/// Makes a recording that was in progress when its daemon died continue in a file next to the existing ones: `run-2.mcap` after
+/// Makes a recording that was in progress when its daemon died continue in a new file next to the existing ones: `run-2.mcap` after
 /// `run.mcap`.
 pub fn go_on(takes: &RecordArguments, arguments: &mut Map<String, Json>) {
     if let Some(argument) = takes.resumes {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Decoding of requests by pure functions of bytes.
+//! Decodes requests, using only pure functions of bytes.
 use crate::failure::Failure;
 use model::refusal::Class;
 use schemars::JsonSchema;
@@ -11,17 +11,17 @@ use std::time::Duration;
 /// Maximum slice of a lasting call.
 pub const SLICE_MAX: Duration = Duration::from_secs(1);
 
-/// A call request decoded from a body.
+/// A call request, decoded from a body.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CallRequest {
     pub arguments: Map<String, Json>,
     /// Maximum duration of the request.
     pub slice: Duration,
-    /// Daemon time at which the call was issued, ms; `None` if the client does not declare it.
+    /// Time at which the call was issued, on the daemon's clock, ms; `None` if the client does not specify it.
     pub as_of_ms: Option<u64>,
 }
 
-/// Parses the body of a call: a JSON object, or nothing; `slice_ms` (1 to 1,000) belongs to the request, not to the call.
+/// Parses the body of a call: a JSON object, or an empty body. `slice_ms` (1 to 1,000) belongs to the request, not to the call.
 pub fn asked(body: &[u8], lasts: bool) -> Result<CallRequest, Failure> {
     let mut arguments: Map<String, Json> = object(body)?;
     let slice = match arguments.remove("slice_ms") {
@@ -35,23 +35,24 @@ pub fn asked(body: &[u8], lasts: bool) -> Result<CallRequest, Failure> {
     Ok(CallRequest { arguments, slice, as_of_ms: None })
 }
 
-/// Parses a body of a given form; an empty body counts as `{}`.
+/// Parses a body of a given type; an empty body counts as `{}`.
 pub fn object<T: DeserializeOwned>(body: &[u8]) -> Result<T, Failure> {
     let body = if body.iter().all(u8::is_ascii_whitespace) { b"{}" } else { body };
     serde_json::from_slice(body).map_err(|why| wrong(format!("the body does not have the right form: {why}"), "see docs/control.md and GET /v1/schema"))
 }
 
-/// Makes the failure of a request of the wrong form.
+/// Creates the failure of a malformed request.
 pub fn wrong(message: String, remedy: &str) -> Failure {
     Failure::new(Class::CallError, message, remedy)
 }
 
-/// Maximum number of blocks, nesting depth of graphs, and number of values of any kind in a definition that is checked for a caller.
+/// Maximum number of blocks in a definition that is checked for a caller, maximum nesting depth of its graphs, and maximum number of
+/// values of any kind.
 pub const BLOCKS_MAX: usize = 4_096;
 pub const NESTED_MAX: usize = 16;
 pub const VALUES_MAX: usize = 100_000;
 
-/// Extent of a definition.
+/// Size of a definition.
 #[derive(Default)]
 struct Extent {
     blocks: usize,
@@ -99,19 +100,19 @@ pub fn check_extent(arguments: &Map<String, Json>) -> Result<(), Failure> {
     }
 }
 
-/// `POST /v1/sessions`.
+/// Body of `POST /v1/sessions`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct OpenSession {
     /// Name chosen by the caller: letters, digits, `.`, `_` and `-`, at most 64.
     pub name: String,
-    /// Time without a sign of life after which the session counts as lost, ms, 1,000 to 60,000.
+    /// Time without a sign of life after which the session is considered lost, ms, 1,000 to 60,000.
     #[serde(default = "lost_after_ms")]
     pub lost_after_ms: u64,
-    /// True to take over a live session of that name, as the same caller.
+    /// True to take over a live session with that name, as the same caller.
     #[serde(default)]
     pub take_up: bool,
-    /// Name of the person, shown to others; at most 64 characters. If omitted, an existing session keeps its person.
+    /// Name of the person, which is shown to others; at most 64 characters. If omitted, an existing session keeps its person.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub person: Option<String>,
 }
@@ -137,7 +138,7 @@ impl OpenSession {
     }
 }
 
-/// `POST /v1/command`.
+/// Body of `POST /v1/command`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TakeCommand {
@@ -150,7 +151,7 @@ pub struct TakeCommand {
 const PERSON_MAX: usize = 64;
 const REASON_MAX: usize = 200;
 
-/// Refuses a text shown to other people if it is empty, too long, or has control characters.
+/// Refuses a text that is shown to other people if it is empty, too long, or contains control characters.
 fn said(what: &str, text: &str, most: usize) -> Result<(), Failure> {
     if text.trim().is_empty() || text.chars().count() > most || text.chars().any(char::is_control) {
         return Err(wrong(format!("{what} cannot be {text:?}"), &format!("write 1 to {most} characters on one line, or leave it out")));
@@ -158,7 +159,7 @@ fn said(what: &str, text: &str, most: usize) -> Result<(), Failure> {
     Ok(())
 }
 
-/// `POST /v1/command/request`.
+/// Body of `POST /v1/command/request`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AskForCommand {
@@ -184,22 +185,22 @@ impl AskForCommand {
     }
 }
 
-/// `DELETE /v1/command/request`.
+/// Body of `DELETE /v1/command/request`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WithdrawRequest {
-    /// Reason, for people.
+    /// Human-readable reason.
     #[serde(default)]
     pub reason: String,
 }
 
-/// `POST /v1/command/decline`.
+/// Body of `POST /v1/command/decline`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DeclineRequest {
     /// Session that made the request.
     pub name: String,
-    /// Reason, for people.
+    /// Human-readable reason.
     #[serde(default)]
     pub reason: String,
 }
@@ -212,20 +213,20 @@ pub fn reason(given: String) -> Result<String, Failure> {
     Ok(given)
 }
 
-/// `POST /v1/command/hand_over`.
+/// Body of `POST /v1/command/hand_over`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HandOver {
-    /// Session that takes command.
+    /// Session that receives command.
     pub to: String,
 }
 
-/// Returns true for the text of a SHA-256: 64 lower-case hexadecimal digits.
+/// Returns true if a text is a SHA-256 digest: 64 lower-case hexadecimal digits.
 pub fn is_sha256(text: &str) -> bool {
     text.len() == 64 && text.bytes().all(|b| b.is_ascii_digit() || (b'a'..=b'f').contains(&b))
 }
 
-/// Returns bytes as lower-case hexadecimal digits.
+/// Encodes bytes as lower-case hexadecimal digits.
 pub fn hex(bytes: &[u8]) -> String {
     bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
         use std::fmt::Write;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Files with secrets: the tokens and the TLS key. A file that others may read is refused.
+//! Files that contain secrets: the tokens and the TLS key. A file that others may read is refused.
 use std::fs::File;
 use std::io::{Error, ErrorKind, Result};
 use std::os::unix::fs::MetadataExt;

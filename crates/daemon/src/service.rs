@@ -22,7 +22,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 use supervisor::{ModuleAbout, ReachingValue, System};
 
-/// A system with everything between it and its callers.
+/// A system, with all layers between it and its callers.
 pub struct Service {
     pub system: Arc<System>,
     pub gate: Gate,
@@ -32,7 +32,7 @@ pub struct Service {
     pub rates: Rates,
     pub lanes: Arc<Lanes>,
     pub files: Files,
-    /// Journal for a restarted daemon.
+    /// Journal from which a restarted daemon restores the system.
     pub journal: Option<Journal>,
     /// Folder in which callers may record.
     pub records: Option<PathBuf>,
@@ -42,7 +42,7 @@ pub struct Service {
     pub python: String,
 }
 
-/// A request of a session, from its beginning to its end.
+/// A request of a session, from when it begins until it ends.
 pub struct Presence {
     service: Arc<Service>,
     pub id: String,
@@ -63,7 +63,7 @@ impl Service {
         Ok(Some(Presence { service: self.clone(), id: id.to_owned(), name }))
     }
 
-    /// Refuses an action that a caller is not permitted, and names both roles.
+    /// Refuses an action for which the caller's role is insufficient, and names both roles.
     pub fn require_role(&self, caller: &Caller, role: Role, what: &str) -> Result<(), Failure> {
         if caller.role >= role {
             return Ok(());
@@ -72,8 +72,8 @@ impl Service {
         Err(Failure::new(Class::NotAllowed, message, "ask the operator of the system for a token of that role"))
     }
 
-    /// Makes a call: checks rights and command, records it in the audit file, executes it, and assigns owners to the instances it
-    /// creates. May last; must not be called on a thread that serves others.
+    /// Makes a call: checks permissions and command, records it in the audit file, executes it, and assigns owners to the instances that
+    /// it creates. May take long; must not be called on a thread that serves others.
     pub fn call(self: &Arc<Self>, call: &Call, mut asked: CallRequest, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
         let role = call.role_under(self.system.is_virtual());
         if let Some(by) = call.signed {
@@ -95,7 +95,7 @@ impl Service {
         result
     }
 
-    /// Returns the log's name for a caller: its session, the person, and the name of its token.
+    /// Returns the name under which a caller is logged: its session, the person, and the name of its token.
     fn signature(&self, caller: &Caller, session: &str) -> String {
         let caller = match self.sessions.person(session) {
             Some(person) => format!("{person}, {}", caller.who),
@@ -112,7 +112,7 @@ impl Service {
         self.system.log_command(&who, &act.call, about, refused.as_deref());
     }
 
-    /// Performs a commanding action that is not a call, and records it in the audit file and the log.
+    /// Performs a commanding action that is not a call, and records it in the audit file and in the log.
     pub fn recorded<T>(&self, act: &Act, role: Role, run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
         let result = self.audited(act, role, run);
         if role > Role::Observe {
@@ -121,8 +121,8 @@ impl Service {
         result
     }
 
-    /// Performs an action that the audit file records. With the role `configure` and above, nothing is done unless it can be written
-    /// first. An observing action is recorded only if it is refused for lack of rights.
+    /// Performs an action that is recorded in the audit file. If it requires the role `configure` or above, nothing is done unless the
+    /// record can be written first. An observing action is recorded only if it is refused for lack of permissions.
     fn audited<T>(&self, act: &Act, role: Role, run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
         if role >= Role::Configure {
             self.audit.write(act, "begun")?;
@@ -140,7 +140,7 @@ impl Service {
         result
     }
 
-    /// Makes a call under the journal, if there is one: a configuring call is not made if there is no room for its line.
+    /// Makes a call under the journal, if there is one: a configuring call is not made if there is no space for its line.
     fn kept(&self, call: &Call, mut asked: CallRequest, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
         crate::records::identify(&call.records, &mut asked.arguments)?;
         if call.effect == Effect::PerformsVerb {
@@ -158,7 +158,7 @@ impl Service {
         Ok(answer)
     }
 
-    /// Calls a verb in one request. Its instance has an owner, and is in the journal, before it starts.
+    /// Calls a verb in one request. Before its instance starts, the instance has an owner and is in the journal.
     fn perform(&self, call: &Call, asked: &CallRequest, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
         let prepared = api::prepare(&self.system, &asked_text(asked))?;
         let instance = prepared.instance();
@@ -191,14 +191,14 @@ impl Service {
         }
     }
 
-    /// Removes an instance that was deleted with its call.
+    /// Removes the records of an instance that was deleted with its call.
     fn forget(&self, instance: u64) {
         if let Some(journal) = &self.journal {
             journal.deleted(&self.system, instance);
         }
     }
 
-    /// Continues a lasting call as named in its answer; it was checked and recorded when it began.
+    /// Continues a lasting call, using the continuation in its answer; it was checked and recorded when it began.
     pub fn go_on(self: &Arc<Self>, with: &Json, slice: Duration, presence: Option<&Presence>) -> Result<Json, Failure> {
         let (name, arguments) = (with["call"].as_str().unwrap_or(""), with["arguments"].as_object().cloned().unwrap_or_default());
         let call = calls::find(name).ok_or_else(|| Failure::new(Class::CallError, format!("there is no call '{name}'"), "please report it"))?;
@@ -206,7 +206,7 @@ impl Service {
         self.make(call, CallRequest { arguments, slice, as_of_ms: None }, Role::Observe, presence)
     }
 
-    /// Resolves files and refuses code in the options and arguments of drivers: see [`Files::resolve`].
+    /// Resolves files, and refuses code, in the options and arguments for drivers: see [`Files::resolve`].
     pub fn resolve(&self, call: &Call, arguments: &mut Map<String, Json>, role: Role) -> Result<(), Failure> {
         let text = |name: &str| arguments.get(name).and_then(Json::as_str).unwrap_or("").to_owned();
         let mut resolve = |reached: ReachingValue<'_>| self.files.resolve(reached, role);
@@ -262,7 +262,7 @@ impl Service {
         json!({ "result": result })
     }
 
-    /// Updates the owners of instances after a call, and the records of its session.
+    /// Updates the owners of instances after a call, and the records of the call's session.
     fn follow(&self, call: &Call, result: &Json, instance: Option<u64>, name: &str) {
         match (call.effect, instance) {
             (Effect::CreatesInstance, _) => result.as_u64().into_iter().for_each(|made| self.sessions.make(name, made)),
@@ -285,7 +285,7 @@ impl Service {
         }
     }
 
-    /// Takes the end reports that have arrived since the last call.
+    /// Processes the end reports that have arrived since the last call.
     pub fn drain(&self) {
         let ends = self.system.ends_since(self.sessions.next_end());
         if !ends.is_empty() {
@@ -301,13 +301,13 @@ impl Service {
         }
     }
 
-    /// Records that this side was held up, with its process or machine, for the duration `late` until `now`. Messages of its callers are
-    /// still on their way in, so the next checks must not count the callers as silent.
+    /// Records that this side was suspended, with its process or machine, for the duration `late` until `now`. Messages from its callers
+    /// have not been received yet, so the next checks must not count the callers as silent.
     pub fn stood_still(&self, late: Duration, now: Instant) {
         self.sessions.stood_still(late, now);
     }
 
-    /// Checks sessions: cuts off lost ones, and deletes the ended instances that lost sessions have created.
+    /// Checks sessions: cuts off lost ones, and deletes instances created by lost sessions that have ended.
     pub fn look_after(&self, now: Instant) {
         self.drain();
         for (name, instances) in self.sessions.lose(now) {
@@ -338,7 +338,7 @@ impl Service {
         }
     }
 
-    /// Reports news about the tokens file in the log and on standard error.
+    /// Reports news about the token file in the log and on standard error.
     pub fn tell_of_tokens(&self) {
         for text in self.gate.tokens.iter().flat_map(|tokens| tokens.news(crate::tokens::now_s())) {
             eprintln!("control: {text}");
@@ -346,7 +346,7 @@ impl Service {
         }
     }
 
-    /// Closes a session in order.
+    /// Closes a session in an orderly way.
     pub fn close_session(&self, id: &str) -> Result<(), Failure> {
         let name = self.sessions.close(id)?;
         self.end_forces(&self.sessions.take_forces(&name), &format!("session '{name}' was closed"));
@@ -362,7 +362,7 @@ impl Service {
         }
     }
 
-    /// Returns the number, name and state of those instances that still exist.
+    /// Returns the numbers, names and states of those of these instances that still exist.
     pub fn described(&self, instances: &[u64]) -> Vec<SessionInstance> {
         let described = |instance: &u64| {
             let about = self.system.instance_about(*instance).ok()?;
@@ -380,7 +380,7 @@ impl Service {
         Ok(about)
     }
 
-    /// Downloads a code module from the bytes of a file. Messages refer to the file by the caller's name for it.
+    /// Downloads a code module from the bytes of a file. Messages refer to the file by the name that the caller uses for it.
     pub fn download(&self, name: &str, file: &str, bytes: &[u8]) -> Result<ModuleAbout, Failure> {
         self.files.with(file, bytes, |path| {
             let named = path.display().to_string();
@@ -397,7 +397,7 @@ impl Service {
     }
 }
 
-/// Returns the arguments of the two calls that begin the call of a verb, for the journal.
+/// Returns the arguments of the two calls with which a verb call begins, for the journal.
 fn steps(arguments: &Map<String, Json>, instance: u64) -> (Map<String, Json>, Map<String, Json>) {
     let (mut start, create): (Map<_, _>, Map<_, _>) = arguments.clone().into_iter().partition(|(name, _)| matches!(name.as_str(), "values" | "limits"));
     start.insert("instance".to_owned(), json!(instance));

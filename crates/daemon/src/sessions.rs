@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Sessions: their presence, command, the owners of instances, and the end reports kept for absent sessions.
 //!
-//! Nothing here reads a clock: the caller passes the time.
+//! No function in this module reads a clock: the caller passes the time.
 mod answers;
 mod command;
 mod commanding;
@@ -21,14 +21,15 @@ pub use answers::{Holder, KeptReport, OpenedSession, Reports, SessionAnswer, Ses
 use command::Command;
 pub use command::{Outcome, SETTLED_MAX, SettledRequest};
 
-/// Maximum number of sessions, alive and lost.
+/// Maximum number of sessions, both live and lost.
 pub const SESSIONS_MAX: usize = 64;
-/// Maximum number of sessions of one caller, so that no caller can fill the table.
+/// Maximum number of sessions per caller, so that no caller can fill the table.
 pub const SESSIONS_EACH_MAX: usize = 24;
-/// Maximum number of reports kept for each session.
+/// Maximum number of reports to keep for each session.
 pub const REPORTS_MAX: usize = 256;
 
-/// Placeholder for the ID of a session of an earlier daemon: not a valid ID, and not empty as for a session that was never open.
+/// Placeholder for the ID of a session from an earlier daemon. It is not a valid ID, and is not empty like that of a session that was
+/// never open.
 const RESTORED: &str = "restored";
 
 struct Session {
@@ -41,9 +42,9 @@ struct Session {
     alive: bool,
     seen: Instant,
     lost_after: Duration,
-    /// Number of requests in progress: a client that waits for an answer does not count as silent.
+    /// Number of requests in progress: a client that is waiting for an answer does not count as silent.
     in_flight: usize,
-    /// Number of connections that hold the session; `broken` is true if one has broken.
+    /// Number of connections that hold the session. `broken` is true if one of them has broken.
     holds: usize,
     broken: bool,
     instances: BTreeSet<u64>,
@@ -55,9 +56,9 @@ struct Session {
 struct State {
     by_name: IndexMap<String, Session>,
     command: Command,
-    /// Session that last started each instance, or else created it.
+    /// Session that last started each instance or, if none did, that created it.
     owners: HashMap<u64, String>,
-    /// Session that created each instance. An instance of the program has none.
+    /// Session that created each instance. Instances created by the program are not included.
     makers: HashMap<u64, String>,
     /// Session that set each force.
     forces: HashMap<u64, String>,
@@ -70,7 +71,7 @@ struct State {
 pub struct Sessions(Mutex<State>);
 
 impl Session {
-    /// Makes a lost session without any instances or reports.
+    /// Creates a lost session without any instances or reports.
     fn of(caller: &Caller, now: Instant) -> Session {
         Session {
             id: String::new(),
@@ -96,15 +97,15 @@ impl State {
         self.by_name.iter_mut().find(|(_, session)| session.alive && session.id == id)
     }
 
-    /// Ends the session's command and its requests for it.
+    /// Ends the session's command, and its requests for command.
     fn leave(&mut self, name: &str, how: &str) {
         let reason = format!("session '{name}' {how}");
         self.command.end(name, Outcome::Withdrawn, None, &reason);
         self.command.release(name, &reason);
     }
 
-    /// Makes room for one more session of a caller. If the caller, or all callers together, have too many, the session lost for the
-    /// longest time is dropped, preferably one for which nothing is kept.
+    /// Makes space for one more session of a caller. If the caller, or all callers together, have too many, the session that has been
+    /// lost for the longest time is dropped, preferably one for which no reports are kept.
     fn make_room(&mut self, who: &str) -> Result<(), Failure> {
         let own = self.by_name.values().filter(|session| session.who == who).count();
         if own >= SESSIONS_EACH_MAX {
@@ -127,13 +128,13 @@ impl State {
         Ok(())
     }
 
-    /// Removes a session as maker and owner of its instances.
+    /// Removes a session as creator and owner of its instances.
     fn release_all(&mut self, name: &str) {
         self.owners.retain(|_, owner| owner != name);
         self.makers.retain(|_, maker| maker != name);
     }
 
-    /// Makes a session, or none, the owner of an instance. Returns the previous owner.
+    /// Makes a session the owner of an instance, or leaves it without an owner. Returns the previous owner.
     fn pass(&mut self, instance: u64, to: Option<&str>) -> Option<String> {
         let before = match to {
             Some(name) => self.owners.insert(instance, name.to_owned()),
@@ -165,7 +166,7 @@ impl Sessions {
         self.0.lock().expect("nobody panics with this lock")
     }
 
-    /// Opens a session, takes over a live one, or returns to a lost one.
+    /// Opens a new session, takes over a live one, or returns to a lost one.
     pub fn open(&self, caller: &Caller, asked: &OpenSession, now: Instant) -> Result<OpenedSession, Failure> {
         let id = fresh_id()?;
         let mut state = self.locked();
@@ -198,8 +199,8 @@ impl Sessions {
         })
     }
 
-    /// Restores a session of an earlier daemon: it counts as lost, and its caller can return to it. Does nothing if a session of that
-    /// name exists or there is no room.
+    /// Restores a session from an earlier daemon: it is considered lost, and its caller can return to it. Does nothing if a session with
+    /// that name exists or the table is full.
     pub fn restore(&self, name: &str, caller: &Caller, now: Instant) {
         let mut state = self.locked();
         if !state.by_name.contains_key(name) && state.make_room(&caller.who).is_ok() {
@@ -207,7 +208,8 @@ impl Sessions {
         }
     }
 
-    /// Begins a request of the session, which is a sign of life and acknowledges its last answers. Returns the name of the session.
+    /// Begins a request of the session, which is a sign of life and acknowledges the most recent answers. Returns the name of the
+    /// session.
     pub fn begin(&self, id: &str, caller: &Caller, now: Instant) -> Result<String, Failure> {
         let mut state = self.locked();
         let (name, session) = state.of_id(id).filter(|(_, session)| session.who == caller.who).ok_or_else(ended)?;
@@ -230,7 +232,7 @@ impl Sessions {
         self.locked().of_id(id).is_some()
     }
 
-    /// Closes a session in order: the instances that it has started continue.
+    /// Closes a session in an orderly way: the instances that it has started continue.
     pub fn close(&self, id: &str) -> Result<String, Failure> {
         let mut state = self.locked();
         let name = state.of_id(id).map(|(name, _)| name.clone()).ok_or_else(ended)?;
@@ -255,12 +257,12 @@ impl Sessions {
         }
     }
 
-    /// Records that this side was at a standstill for the duration `late` until `now`, which must not count as silence of its sessions.
+    /// Records that this side was suspended for the duration `late` until `now`, which must not count as silence of its sessions.
     pub fn stood_still(&self, late: Duration, now: Instant) {
         self.locked().by_name.values_mut().for_each(|session| session.seen = (session.seen + late).min(now));
     }
 
-    /// Declares sessions lost whose time has expired, and returns each with its instances; a lost session loses command.
+    /// Declares lost all sessions whose time has expired, and returns each with its instances. A lost session loses command.
     pub fn lose(&self, now: Instant) -> Vec<(String, Vec<u64>)> {
         let mut state = self.locked();
         let is_lost =
@@ -281,8 +283,8 @@ impl Sessions {
         lost
     }
 
-    /// Returns the instances that lost sessions have created or started. The flag is true for instances to be deleted once they have
-    /// ended: created by a lost session and not started by a live one since.
+    /// Returns the instances that lost sessions have created or started. The flag is true for instances that must be deleted once they
+    /// have ended, because they were created by a lost session and have not been started by a live one since.
     pub fn orphans(&self) -> Vec<(u64, bool)> {
         let state = self.locked();
         let is = |name: Option<&String>, alive: bool| name.and_then(|name| state.by_name.get(name)).is_some_and(|session| session.alive == alive);
@@ -292,7 +294,7 @@ impl Sessions {
         of_lost.map(|(instance, maker, owner)| (instance, is(maker, false) && !is(owner, true))).collect()
     }
 
-    /// Records that a session has created an instance: it owns the instance, which is deleted with it.
+    /// Records that a session has created an instance. The session owns the instance, which is deleted together with the session.
     pub fn make(&self, name: &str, instance: u64) {
         let mut state = self.locked();
         state.makers.insert(instance, name.to_owned());
@@ -314,8 +316,8 @@ impl Sessions {
         self.locked().forces.extract_if(|_, of| of == name).map(|(force, _)| force).collect()
     }
 
-    /// Makes a session the owner of an instance that it starts, even if another session has created it: the end is reported to the
-    /// session, and if the session is lost the instance follows its policy. Returns the previous owner.
+    /// Makes a session the owner of an instance that it starts, even if another session has created the instance. The end is reported to
+    /// the owner, and if the owner is lost, the instance follows its policy. Returns the previous owner.
     pub fn own(&self, name: &str, instance: u64) -> Option<String> {
         self.locked().pass(instance, Some(name))
     }
@@ -332,7 +334,7 @@ impl Sessions {
         state.pass(instance, None);
     }
 
-    /// Returns the number of the first end report not processed yet.
+    /// Returns the number of the first end report that has not been processed yet.
     pub fn next_end(&self) -> u64 {
         self.locked().next_end
     }
@@ -362,7 +364,8 @@ impl Sessions {
         }
     }
 
-    /// Returns the reports kept for a session, and the number of lost ones; allowed for the session's own caller or the role `configure`.
+    /// Returns the reports kept for a session, and the number of lost reports. Permitted for the session's own caller, or with the role
+    /// `configure`.
     pub fn reports(&self, name: &str, caller: &Caller) -> Result<(Vec<KeptReport>, u64), Failure> {
         let mut state = self.locked();
         let session = reader(&mut state, name, caller)?;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Shares of limited resources. A quarter is reserved for callers that have nothing yet, and of the rest a caller may have up to half of
-//! the free amount: the next caller always finds some, even if several hold their maximum.
+//! Shares of limited resources. A quarter of a resource is reserved for callers that hold none of it yet, and of the rest a caller may
+//! have up to half of the free amount, so the next caller always gets a share, even if several callers hold their maximum.
 use crate::caller::Caller;
 use crate::failure::Failure;
 use api::Role;
@@ -11,10 +11,10 @@ use tokio::sync::{OwnedSemaphorePermit, Semaphore};
 
 /// A limited resource, shared by all callers.
 pub struct Shares {
-    /// Name of the resource, in the plural: `waits`.
+    /// Name of the resource in the plural, for example `waits`.
     what: &'static str,
     all: usize,
-    /// Maximum amount of one caller.
+    /// Maximum amount per caller.
     each: usize,
     /// Amount reserved for roles that may command and stop.
     kept: usize,
@@ -37,7 +37,7 @@ impl Shares {
         self.held.lock().expect("nobody panics with this lock")
     }
 
-    /// Takes an amount for a caller. Fails with `LimitExceeded`, which names the limit reached.
+    /// Takes an amount for a caller. Fails with `LimitExceeded`, which names the limit that was reached.
     pub fn take(self: &Arc<Shares>, caller: &Caller, amount: usize) -> Result<Share, Failure> {
         let mut held = self.locked();
         let own = held.get(&caller.who).copied().unwrap_or(0);
@@ -70,10 +70,11 @@ impl Drop for Share {
     }
 }
 
-/// Number of remembered callers above which those without a turn are forgotten.
+/// Number of remembered callers above which those that have no turn are forgotten.
 const REMEMBERED: usize = 64;
 
-/// Limit on the concurrently executed requests of one caller: further ones wait for their turn, and so delay only that caller.
+/// Limit on the number of requests executed concurrently for one caller. Further requests wait for their turn, and thus delay only that
+/// caller.
 pub struct Turns {
     each: usize,
     of: Mutex<HashMap<String, Arc<Semaphore>>>,
@@ -84,7 +85,7 @@ impl Turns {
         Turns { each, of: Mutex::default() }
     }
 
-    /// Waits for a turn of this caller.
+    /// Waits until it is this caller's turn.
     pub async fn take(&self, who: &str) -> OwnedSemaphorePermit {
         let own = {
             let mut of = self.of.lock().expect("nobody panics with this lock");
@@ -105,7 +106,7 @@ mod tests {
         Caller { who: who.to_owned(), role, from: String::new() }
     }
 
-    /// Takes shares one by one until refused; returns them and the message.
+    /// Takes shares one at a time until refused; returns them and the message.
     fn fill(shares: &Arc<Shares>, caller: &Caller) -> (Vec<Share>, String) {
         let mut own = Vec::new();
         loop {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tokens: a file of mode 0600 that stores their SHA-256, with role, expiry and revocation. A token has 256 random bits, so one round of
-//! a fast hash is enough; comparison takes constant time.
+//! Tokens: a file with mode 0600 that stores their SHA-256 digests, with role, expiry and revocation. A token has 256 random bits, so one
+//! round of a fast hash is sufficient; the comparison takes constant time.
 use crate::requests::hex;
 use crate::secret;
 use api::Role;
@@ -23,12 +23,12 @@ use subtle::{Choice, ConditionallySelectable, ConstantTimeEq};
 pub struct Entry {
     pub name: String,
     pub role: Role,
-    /// Digest of the token's text, or of the certificate's DER.
+    /// SHA-256 digest of the token's text, or of the DER encoding of the certificate.
     pub sha256: String,
     /// True for a client certificate, false for a token.
     #[serde(default)]
     pub certificate: bool,
-    /// Time of creation, s since 1970.
+    /// Time of creation, s since the Unix epoch.
     pub created: u64,
     #[serde(default)]
     pub expires: Option<u64>,
@@ -50,10 +50,10 @@ pub enum TokenRejection {
     Revoked,
 }
 
-/// Identity of the file version that was read.
+/// Identity of the version of the file that was read.
 type Version = (u64, u64, i64, i64);
 
-/// The tokens file, which is read again whenever it has changed.
+/// The token file, which is reread whenever it has changed.
 pub struct Tokens {
     path: PathBuf,
     read: Mutex<FileState>,
@@ -69,7 +69,7 @@ struct FileState {
     told: TokenNews,
 }
 
-/// News already reported.
+/// News that has already been reported.
 #[derive(Default)]
 struct TokenNews {
     trouble: Option<String>,
@@ -88,7 +88,7 @@ enum Ending {
 const DAY_S: u64 = 86_400;
 
 impl Tokens {
-    /// Opens the file. Fails if it cannot be read, has a wrong form, or is readable by others than its owner.
+    /// Opens the file. Fails if it cannot be read, is malformed, or can be read by users other than its owner.
     pub fn open(path: &Path) -> io::Result<Tokens> {
         let tokens = Tokens { path: path.to_owned(), read: Mutex::default() };
         tokens.refresh(&mut tokens.locked())?;
@@ -109,8 +109,8 @@ impl Tokens {
         Ok(())
     }
 
-    /// Reads the file if it has changed. If it is damaged, its previous contents stay valid; if it was deleted, or others may read it, no
-    /// caller is admitted.
+    /// Rereads the file if it has changed. If it is damaged, its previous contents stay valid; if it was deleted, or others may read it,
+    /// no caller is admitted.
     fn look(&self, read: &mut FileState) {
         let Err(why) = self.refresh(read) else { return };
         read.version = None;
@@ -122,7 +122,8 @@ impl Tokens {
         });
     }
 
-    /// Returns news for a person, each item only once: the file has become unreadable or readable again; a token is about to expire.
+    /// Returns news for the operator, each item only once: the file has become unreadable or readable again, or a token is about to
+    /// expire.
     pub fn news(&self, now_s: u64) -> Vec<String> {
         let mut read = self.locked();
         self.look(&mut read);
@@ -154,17 +155,17 @@ impl Tokens {
         self.verify_digest(digest(token), now_s)
     }
 
-    /// Returns the owner of a token, by the SHA-256 of its text.
+    /// Returns the owner of a token, by the SHA-256 digest of the token's text.
     pub fn verify_digest(&self, sha256: [u8; 32], now_s: u64) -> Result<Entry, TokenRejection> {
         self.find(&sha256, false, now_s)
     }
 
-    /// Returns the owner of a certificate, by the SHA-256 of its DER.
+    /// Returns the owner of a certificate, by the SHA-256 digest of its DER encoding.
     pub fn verify_certificate(&self, sha256: [u8; 32], now_s: u64) -> Result<Entry, TokenRejection> {
         self.find(&sha256, true, now_s)
     }
 
-    /// Compares every entry, even after a match.
+    /// Returns the entry with this digest. Compares all entries, even after a match.
     fn find(&self, sha256: &[u8; 32], certificate: bool, now_s: u64) -> Result<Entry, TokenRejection> {
         let mut read = self.locked();
         self.look(&mut read);
@@ -184,27 +185,27 @@ impl Tokens {
     }
 }
 
-/// A token that is valid while this process serves, and is not stored in any file.
+/// A token that is valid as long as this process serves requests, and is not stored in any file.
 pub struct RunToken {
     sha256: String,
-    /// Role of its holder.
+    /// Role of the token's holder.
     pub role: Role,
 }
 
 impl RunToken {
-    /// Makes a new token with this role, and returns it with its text.
+    /// Creates a new token with this role, and returns it with its text.
     pub fn new(role: Role) -> io::Result<(RunToken, String)> {
         let token = random()?;
         Ok((RunToken { sha256: hex(&Sha256::digest(token.as_bytes())), role }, token))
     }
 
-    /// Returns true if this is the token's text, in constant time.
+    /// Compares a text with the token's text, in constant time.
     pub fn is(&self, token: &str) -> bool {
         self.sha256.as_bytes().ct_eq(hex(&Sha256::digest(token.as_bytes())).as_bytes()).into()
     }
 }
 
-/// Returns the digest of a token's text that the file stores.
+/// Returns the digest of a token's text, as stored in the file.
 pub(crate) fn digest(token: &str) -> [u8; 32] {
     Sha256::digest(token.as_bytes()).into()
 }
@@ -216,19 +217,20 @@ fn random() -> io::Result<String> {
     Ok(format!("gpac_{}", URL_SAFE_NO_PAD.encode(random)))
 }
 
-/// Returns the time, s since 1970.
+/// Returns the current time, s since the Unix epoch.
 pub fn now_s() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs())
 }
 
-/// Makes a token of that name and adds it to the file, which is created if necessary. Returns the token, which is never shown again.
+/// Creates a token with this name and adds it to the file, which is created if necessary. Returns the token, which cannot be retrieved
+/// again.
 pub fn add(path: &Path, name: &str, role: Role, expires: Option<u64>) -> io::Result<String> {
     let token = random()?;
     enter(path, name, role, expires, hex(&Sha256::digest(token.as_bytes())), false)?;
     Ok(token)
 }
 
-/// Adds a client certificate, by the SHA-256 of its DER, so that its holder is admitted.
+/// Adds a client certificate, by the SHA-256 digest of its DER encoding, so that its holder is admitted.
 pub fn add_certificate(path: &Path, name: &str, role: Role, expires: Option<u64>, sha256: [u8; 32]) -> io::Result<()> {
     enter(path, name, role, expires, hex(&sha256), true)
 }
@@ -242,7 +244,7 @@ fn enter(path: &Path, name: &str, role: Role, expires: Option<u64>, sha256: Stri
     store(path, &kept)
 }
 
-/// Revokes the token or certificate of that name. Returns false if there is none, or if it is already revoked.
+/// Revokes the token or certificate with this name. Returns false if there is none, or if it has already been revoked.
 pub fn revoke(path: &Path, name: &str) -> io::Result<bool> {
     let mut kept = load(path)?;
     let mut any = false;
@@ -267,7 +269,7 @@ fn load(path: &Path) -> io::Result<TokenTable> {
     serde_json::from_str(&text).map_err(|why| io::Error::new(io::ErrorKind::InvalidData, format!("'{}' is not a file of tokens: {why}", path.display())))
 }
 
-/// Stores the file by replacing it with a new one, so that no reader sees half of it.
+/// Stores the file by replacing it with a new one, so that no reader sees a partially written file.
 fn store(path: &Path, kept: &TokenTable) -> io::Result<()> {
     let new = path.with_extension(format!("new-{}", std::process::id()));
     let text = serde_json::to_string_pretty(kept).map_err(io::Error::other)?;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Options accepted by a driver: its declared ones, and those of its class.
+//! Options accepted by a driver: the options that it declares, and those of its class.
 use crate::class::Class;
 use crate::declaration::Declaration;
 use crate::option_word::{Kind, OptionWord};
 
-/// Range of the timeout: no source can meet a shorter one, and a longer one protects nobody.
+/// Range of the timeout: a shorter one cannot be met by any source, and a longer one gives no protection.
 const TIMEOUT_NS: [f64; 2] = [1e6, 3.6e12];
 
-/// Option of the watchdog, for drivers that do not declare one themselves.
+/// Option for the watchdog, for drivers that do not declare one themselves.
 pub(crate) const TIMEOUT: OptionWord = OptionWord::with_default(
     "timeout_ns",
     Kind::Whole,
@@ -17,7 +17,7 @@ pub(crate) const TIMEOUT: OptionWord = OptionWord::with_default(
 .unit("ns")
 .within(TIMEOUT_NS[0], TIMEOUT_NS[1]);
 
-/// Option to exchange on the thread of the source, as under the virtual clock.
+/// Option to exchange on the thread of the source, as is done under the virtual clock.
 pub(crate) const IN_PLACE: OptionWord =
     OptionWord::with_default("in_place", Kind::Bool, "false; true under the virtual clock", "exchanges on the thread of its source: for tests");
 
@@ -35,7 +35,7 @@ pub(crate) const WORKER: [OptionWord; 3] = [
     IN_PLACE,
 ];
 
-/// Returns the options of a driver for a manual: its own, and those of its class.
+/// Returns the options of a driver for a manual: its own options and those of its class.
 pub fn options_of(of: &'static Declaration) -> Vec<&'static OptionWord> {
     accepted(of).collect()
 }
@@ -45,7 +45,7 @@ pub(crate) fn has_own_timeout(of: &Declaration) -> bool {
     of.options.iter().any(|word| word.name == TIMEOUT.name)
 }
 
-/// Returns the options of a driver, and those of its class.
+/// Returns the options of a driver and those of its class.
 pub(crate) fn accepted(of: &'static Declaration) -> impl Iterator<Item = &'static OptionWord> + Clone {
     let of_class: &[OptionWord] = if of.class == Class::Worker { &WORKER } else { &[] };
     of.options.iter().chain((!has_own_timeout(of)).then_some(&TIMEOUT)).chain(of_class)

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Attendance of one side of a device: silence of the other side counts only for the time at which this side was running.
+//! Attendance of one side of a device: silence of the other side counts only while this side was running.
 
-/// Number of usual intervals between two checks above which a source is late because it was stalled itself.
+/// Number of usual intervals between two checks above which a source counts as late because it was itself stalled.
 const INTERVALS: i64 = 4;
-/// Minimum gap, ns: shorter ones are normal on a busy machine.
+/// Minimum gap, ns. Shorter gaps are normal on a busy machine.
 const GAP_NS_MIN: i64 = 100_000_000;
 
-/// Times at which one side checked the other. A paused process tree stands still as a whole: the process that wakes first finds all
-/// others as silent as it was itself, and must not count that as their silence.
+/// Times at which one side checked the other. A paused process tree is suspended as a whole: the process that resumes first finds that
+/// all others have been silent for as long as it has itself, and must not count this as their silence.
 #[derive(Clone, Copy, Debug)]
 pub struct Attendance {
     looked_ns: Option<i64>,
@@ -22,9 +22,9 @@ impl Default for Attendance {
 }
 
 impl Attendance {
-    /// Records a check. Returns the time since which this side has been running without a gap, `i64::MIN` if always: a silence that began
-    /// earlier counts from that time. This side was stalled if its check is late by more than half of the maximum silence, at least 100
-    /// ms, and by several of its own intervals.
+    /// Records a check. Returns the time since which this side has been running without a gap, `i64::MIN` if always; a silence that began
+    /// earlier counts from that time. This side was stalled if its check is late by more than half of the maximum silence, by at least
+    /// 100 ms, and by several of its own intervals.
     pub fn look(&mut self, now_ns: i64, silent_max_ns: i64) -> i64 {
         if let Some(looked_ns) = self.looked_ns {
             let passed_ns = now_ns.saturating_sub(looked_ns);

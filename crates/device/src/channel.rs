@@ -28,19 +28,19 @@ pub struct Channel {
     pub offset: usize,
     /// Length in bytes.
     pub len: usize,
-    /// Write channels: the value that leaves the machine safe (bytes of the type).
+    /// Safe value of a write channel, as bytes of the type.
     pub safe: Vec<u8>,
     /// Write channels of type `double`: the maximum rate of change, in units per second; enforced and counted in the write step.
     pub slew_max: Option<f64>,
 }
 
 impl Channel {
-    /// Makes a read channel. [`Layout::add`](crate::Layout::add) assigns its offset.
+    /// Creates a read channel. [`Layout::add`](crate::Layout::add) assigns its offset.
     pub fn read(name: impl Into<String>, of: Type) -> Channel {
         Channel::new(name.into(), Direction::Read, of, Vec::new())
     }
 
-    /// Makes a write channel; its safe value is 0 unless [`Channel::safe`] sets another.
+    /// Creates a write channel; its safe value is 0 unless [`Channel::safe`] sets another.
     pub fn write(name: impl Into<String>, of: Type) -> Channel {
         Channel::new(name.into(), Direction::Write, of, vec![0; of.len()])
     }

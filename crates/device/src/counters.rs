@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Counters of a driver's exchange, such as lost frames and late answers.
+//! Counters of a driver's exchange, such as lost frames and late responses.
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// A counter of a driver.
@@ -8,7 +8,7 @@ pub struct CounterWord {
     pub name: &'static str,
     /// Unit, or empty for a plain number.
     pub unit: &'static str,
-    /// One line.
+    /// Description, one line.
     pub doc: &'static str,
 }
 
@@ -39,7 +39,7 @@ macro_rules! counters {
         }
 
         impl $Count {
-            /// Meaning of each counter, in the order of the variants.
+            /// Declaration of each counter, in the order of the variants.
             $seen const WORDS: &'static [$crate::CounterWord] = &[$($crate::CounterWord { name: $name, unit: $unit, doc: $doc }),+];
         }
 
@@ -51,8 +51,8 @@ macro_rules! counters {
     };
 }
 
-/// Counters of one open device: the driver counts, any thread may read, nobody waits. An index is a variant of an enum declared by
-/// [`counters!`](crate::counters), or a number if a driver outside this crate declares its words when it is loaded.
+/// Counters of one open device: the driver counts, any thread may read, and neither blocks. An index is a variant of an enum declared by
+/// [`counters!`](crate::counters), or a number if a driver outside this crate declares its counters when it is loaded.
 #[derive(Debug)]
 pub struct Counters {
     words: &'static [CounterWord],
@@ -60,7 +60,7 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// Makes counters for these words, all at 0.
+    /// Creates counters with these declarations, all at 0.
     pub fn new(words: &'static [CounterWord]) -> Counters {
         Counters { words, values: words.iter().map(|_| AtomicU64::new(0)).collect() }
     }
@@ -76,7 +76,7 @@ impl Counters {
         self.values[index.into()].fetch_add(more, Ordering::Relaxed);
     }
 
-    /// Stores a value, such as the age of the newest answer. Real-time safe.
+    /// Stores a value, such as the age of the newest response. Real-time safe.
     #[inline]
     pub fn set(&self, index: impl Into<usize>, value: u64) {
         self.values[index.into()].store(value, Ordering::Relaxed);
@@ -93,7 +93,7 @@ impl Counters {
         &raw const self.values[index]
     }
 
-    /// Returns names and values.
+    /// Returns the declarations and values of all counters.
     pub fn all(&self) -> impl Iterator<Item = (&'static CounterWord, u64)> {
         self.words.iter().zip(self.values.iter().map(|value| value.load(Ordering::Relaxed)))
     }

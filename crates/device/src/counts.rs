@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Channels whose value is derived from counts: value = counts × scale + offset, with the counts of an entry, a terminal or a register.
+//! Channels whose value is derived from counts: value = counts × scale + offset, where the counts come from an object dictionary entry, a
+//! terminal or a register.
 use crate::option_word::{Kind, OptionWord};
 use crate::types::Number;
 use serde::Deserialize;
 use serde_json::Value;
 
-/// Maximum scale and offset: a double resolves single counts far beyond it.
+/// Maximum scale and offset; a double still resolves single counts far above it.
 const FARTHEST: f64 = 1e15;
 
-/// Numeric options of such a channel.
+/// Numeric options of a channel whose value is derived from counts.
 pub const WORDS: [OptionWord; 3] = [
     OptionWord::with_default("scale", Kind::Number, "1", "value of one count").within(-FARTHEST, FARTHEST),
     OptionWord::with_default("offset", Kind::Number, "0", "its value at 0 counts").within(-FARTHEST, FARTHEST),
     OptionWord::with_default("safe", Kind::Number, "off, or 0 counts", "value at which an output is left").within(-FARTHEST, FARTHEST),
 ];
 
-/// Options of such a channel, except its address on the bus.
+/// Options of a channel whose value is derived from counts, except its address on the bus.
 #[derive(Clone, Debug, Default, Deserialize)]
 pub struct CountsOptions {
     scale: Option<f64>,
@@ -25,7 +26,7 @@ pub struct CountsOptions {
 }
 
 impl CountsOptions {
-    /// Returns true if the value is a double, counts × scale + offset, rather than the counts.
+    /// Returns true if the value is a double, counts × scale + offset, rather than the raw counts.
     pub fn is_scaled(&self) -> bool {
         self.scale.is_some() || self.offset.is_some()
     }
@@ -34,12 +35,12 @@ impl CountsOptions {
         self.unit.as_deref().unwrap_or("")
     }
 
-    /// Returns the conversion for `bits` bits of this number type.
+    /// Returns the conversion for numbers of this type with `bits` bits.
     pub fn counts(&self, number: Number, bits: u32) -> Counts {
         Counts { number, bits, scale: self.scale.unwrap_or(1.0), offset: self.offset.unwrap_or(0.0) }
     }
 
-    /// Returns the safe value: off, or 0 counts by default.
+    /// Returns the safe value; by default off, or 0 counts.
     pub fn safe(&self) -> f64 {
         let off = self.offset.unwrap_or(0.0);
         match &self.safe {
@@ -78,12 +79,12 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Returns the identity conversion, at the full width of the number in C.
+    /// Returns the identity conversion, at the full width of the C type.
     pub fn of(number: Number) -> Counts {
         Counts { number, bits: 8 * number.width() as u32, scale: 1.0, offset: 0.0 }
     }
 
-    /// Converts counts, the lowest bits of `raw`, to a value. Real-time safe.
+    /// Converts counts, the least significant bits of `raw`, to a value. Real-time safe.
     pub fn value(&self, raw: u64) -> f64 {
         let unused = 64 - self.bits;
         let counts = match self.number {
@@ -95,8 +96,8 @@ impl Counts {
         self.scale * counts + self.offset
     }
 
-    /// Returns the counts nearest to a value, in the lowest bits, and whether the value is in range: a value beyond the range is clamped
-    /// to its end, never to infinity. Returns `None` for NaN. Real-time safe.
+    /// Returns the counts nearest to a value, in the least significant bits, and true if the value is in range. A value outside the range
+    /// is clamped to its end, never to infinity. Returns `None` for NaN. Real-time safe.
     pub fn counts(&self, value: f64) -> Option<(u64, bool)> {
         let exact = (value - self.offset) / self.scale;
         let unused = 64 - self.bits;
@@ -117,7 +118,7 @@ impl Counts {
     }
 }
 
-/// Returns a message about the first two entries that have the same name, or the same address on a bus; `place` formats an address.
+/// Returns a message about the first two entries that have the same name or the same address on a bus; `place` formats an address.
 pub fn given_twice<P: PartialEq>(all: &[(&str, P)], place: impl Fn(&P) -> String) -> Option<String> {
     all.iter().enumerate().find_map(|(index, (name, at))| {
         all[..index].iter().find_map(|(before, taken)| match () {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services and counters of an open driver, outside its exchange. The code that opens a driver takes them before it moves to the thread
-//! of its source, and keeps them.
+//! Services and counters of an open driver, outside its exchange. The code that opens a driver takes and keeps them before the driver
+//! moves to the thread of its source.
 use crate::counters::Counters;
 use crate::driver::Driver;
 use crate::error::DriverError;
@@ -24,24 +24,24 @@ pub struct Beside {
 pub enum ServiceError {
     /// The driver has no such service.
     Unknown(String),
-    /// An argument is missing, unknown or of another kind.
+    /// An argument is missing, unknown or of the wrong kind.
     Arguments(String),
     /// The device or its driver has failed, with this message.
     Failed(String),
 }
 
 impl Beside {
-    /// Takes services and counters from a driver of this `kind`.
+    /// Takes the services and counters from a driver of this `kind`.
     pub fn of(kind: &str, driver: &dyn Driver) -> Beside {
         Beside { kind: kind.to_owned(), services: driver.services(), counters: driver.counters() }
     }
 
-    /// Carries out a service, after checking its arguments. It may wait, so it must be called without holding a lock. `is_stopped`
-    /// returns true if an emergency stop is latched on this host.
+    /// Carries out a service, after checking its arguments. It may block, so no lock must be held when calling it. `is_stopped` returns
+    /// true if an emergency stop is latched on this host.
     ///
     /// # Errors
-    /// Fails if there is no such service, an argument is wrong, the device refuses it, or the service
-    /// moves the device while an emergency stop is latched.
+    /// Fails if there is no such service, an argument is wrong, the device refuses it, or the service moves the device while an
+    /// emergency stop is latched.
     pub fn serve(&self, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, ServiceError> {
         let own = self.services.as_ref().and_then(|services| services.words());
         let words = own.unwrap_or_else(|| find(&self.kind).map(|of| of.services).unwrap_or_default());
@@ -57,7 +57,7 @@ impl Beside {
         served.map_err(|why| ServiceError::Failed(why.message))
     }
 
-    /// Returns the present counts, by name.
+    /// Returns the current counts, by name.
     pub fn counted(&self) -> Vec<(String, u64)> {
         let counters = self.counters.iter().flat_map(|counters| counters.all());
         counters.map(|(word, value)| (word.name.to_owned(), value)).collect()

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Errors when making a driver, and when reading or writing its device.
+//! Errors that occur when a driver is created, and when its device is read or written.
 use crate::class::Class;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Reason why [`open`](crate::open) failed. Each message suggests the next step, if it is known.
+/// Reason why [`open`](crate::open) failed. Each message suggests the next step if it is known.
 #[derive(Debug, Error)]
 pub enum DriverError {
     /// There is no driver of that name.
@@ -13,7 +13,7 @@ pub enum DriverError {
     /// An option is missing, unknown or has a wrong value.
     #[error("driver '{kind}': option '{option}': {problem}")]
     Option { kind: String, option: String, problem: String },
-    /// A file that an option names cannot be read.
+    /// A file named by an option cannot be read.
     #[error("driver '{kind}' cannot read '{}': {problem}", path.display())]
     File { kind: String, path: PathBuf, problem: String },
     /// No thread or process here serves the driver's class.
@@ -31,10 +31,10 @@ pub enum DriverError {
     /// Another driver of that name is registered.
     #[error("there is already a driver '{kind}'; register this one under another name")]
     Taken { kind: String },
-    /// The process that a driver runs in could not be started, or has exited.
+    /// The process in which a driver runs could not be started, or has exited.
     #[error("driver '{kind}': {problem}")]
     Process { kind: String, problem: String },
-    /// Message of the driver.
+    /// Error message of the driver.
     #[error("{0}")]
     Failed(String),
 }

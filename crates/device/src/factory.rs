@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Makes drivers from their options: finds the declaration, checks the options, and adds the watchdog and the thread that they require.
+//! Creates drivers from their options: finds the declaration, checks the options, and adds the watchdog and the thread that they require.
 use crate::accepted::{IN_PLACE, TIMEOUT, accepted, has_own_timeout};
 use crate::channel::Direction;
 use crate::class::Class;
@@ -14,14 +14,15 @@ use crate::shapes::Geometry;
 use crate::{watchdog, worker};
 use serde_json::{Value, json};
 
-/// Key set to `true` in a description if nothing but a guard makes the device safe once its process has exited. It is for the supervisor,
+/// Key that is `true` in a description if only a guard can make the device safe after its process has exited. It is for the supervisor,
 /// which knows whether a guard is running.
 pub const UNGUARDED_WITHOUT_GUARD: &str = "unguarded_without_guard";
 
-/// Makes the driver `kind` from its options, a table of names and values; it is not opened yet.
+/// Creates the driver `kind` from its options, a table of names and values; the driver is not opened yet.
 ///
-/// The second value describes the machine: that of [`OpenedDriver`], and `watchdog_ns` if it has one (option `timeout_ns` of any driver).
-/// Never call this on the real-time path. Fails if the kind is unknown or an option is wrong, or with the driver's own error.
+/// The second value describes the machine: it is that of [`OpenedDriver`], with `watchdog_ns` if the machine has a watchdog (option
+/// `timeout_ns` of any driver). Never call this on the real-time path. Fails if the kind is unknown or an option is wrong, or with the
+/// driver's own error.
 pub fn open(kind: &str, options: &Value) -> Result<OpenedDriver, DriverError> {
     let of = find(kind)?;
     let given = GivenOptions::check(of.kind, options, accepted(of))?;
@@ -64,7 +65,7 @@ fn tell(of: &'static Declaration, about: &mut Value) {
     }
 }
 
-/// Checks options against the declaration of the driver `kind`, without making one.
+/// Checks options against the declaration of the driver `kind`, without creating a driver.
 ///
 /// # Errors
 /// Fails if the kind is unknown, or an option is wrong, unknown or missing.
@@ -73,9 +74,9 @@ pub fn check(kind: &str, options: &Value) -> Result<(), DriverError> {
     GivenOptions::check(of.kind, options, accepted(of)).map(|_| ())
 }
 
-/// Returns bodies, joints, shapes and meshes of the machine of a driver with this kind and these options; `None` if it has none. It may
-/// load the model once more and leaves the machine alone, so it may take some tenths of a second: never call this on the real-time path.
-/// Fails like [`open`], for example if the model no longer exists.
+/// Returns the bodies, joints, shapes and meshes of the machine of a driver with this kind and these options; `None` if it has none. It
+/// may load the model again but does not access the machine. Because this may take some tenths of a second, never call it on the
+/// real-time path. Fails like [`open`], for example if the model no longer exists.
 pub fn geometry(kind: &str, options: &Value) -> Result<Option<Geometry>, DriverError> {
     let of = find(kind)?;
     of.geometry.map_or(Ok(None), |geometry| geometry(&GivenOptions::check(of.kind, options, accepted(of))?))
@@ -90,7 +91,7 @@ pub fn try_options(kind: &str, options: &Value) -> Result<(), DriverError> {
     of.trial.map_or(Ok(()), |trial| trial(&GivenOptions::check(of.kind, options, accepted(of))?))
 }
 
-/// Returns the driver and options that replace these in virtual time, in which nothing can run at a pace of its own.
+/// Returns the driver and options that replace these in virtual time, in which no thread can run at its own pace.
 pub fn in_virtual_time(kind: &str, options: &Value) -> (String, Value) {
     let Ok(of) = find(kind) else { return (kind.to_owned(), options.clone()) };
     let other = of.in_virtual_time.and_then(|of| of(options));
@@ -102,7 +103,7 @@ pub fn in_virtual_time(kind: &str, options: &Value) -> (String, Value) {
     (kind, options)
 }
 
-/// Searches for devices that the driver `kind` could open; `options` say where, and may omit the rest.
+/// Searches for devices that the driver `kind` could open; `options` define where to search, and may omit all others.
 ///
 /// # Errors
 /// Fails if the kind is unknown or cannot search, or an option is wrong, or with the driver's own error.

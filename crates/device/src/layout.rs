@@ -2,7 +2,7 @@
 //! Layout of a device's channels in its readings and commands.
 use crate::channel::{Channel, Direction};
 
-/// Channels of a driver, each placed after the previous one in the same direction.
+/// Channels of a driver, each placed after the previous one of the same direction.
 #[derive(Clone, Debug, Default)]
 pub struct Layout {
     channels: Vec<Channel>,
@@ -17,15 +17,15 @@ pub struct Slot {
     pub len: usize,
 }
 
-/// Width of the widest number: a multiple of it is aligned for every type.
+/// Width of the widest number; a multiple of it is aligned for every type.
 const ALIGNED: usize = 8;
 
 impl Layout {
-    /// Adds a channel after those in the same direction, and returns its location.
+    /// Adds a channel after the others of the same direction, and returns its location.
     ///
     /// # Panics
-    /// Panics if there is already a channel of that name, or if its safe value differs in length from its type: each is a bug in the
-    /// driver.
+    /// Panics if there is already a channel with that name, or if the length of its safe value does not match its type; either is a bug
+    /// in the driver.
     pub fn add(&mut self, channel: Channel) -> Slot {
         assert!(!self.has(&channel.name), "channel '{}' is declared twice", channel.name);
         let end = match channel.direction {
@@ -68,7 +68,7 @@ impl Layout {
 }
 
 impl Slot {
-    /// Returns the bytes of this channel among those of all.
+    /// Returns the bytes of this channel within `all`, the readings or commands.
     #[inline]
     pub fn of(self, all: &[u8]) -> &[u8] {
         &all[self.offset..self.offset + self.len]

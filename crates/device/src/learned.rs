@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services and counters that a driver declares when it is made. A declaration exists before the program runs; a driver that represents
-//! others, such as a class in Python, learns its services and counters from them.
+//! Services and counters that a driver declares when it is created. A declaration exists before the program runs; a driver that
+//! represents others, such as a class in Python, obtains its services and counters from them.
 use crate::counters::CounterWord;
 use crate::declaration::Declaration;
 use crate::manual::{CounterAbout, OptionAbout, ServiceAbout};
@@ -10,7 +10,7 @@ use serde::Deserialize;
 use serde_json::Value;
 use std::sync::{Mutex, PoisonError};
 
-/// Services and counters of one device, in the form of a [`Declaration`].
+/// Services and counters of one device, in the format of a [`Declaration`].
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DeclaredServices {
     pub services: &'static [ServiceWord],
@@ -25,14 +25,14 @@ struct Texts {
     counters: Vec<CounterAbout>,
 }
 
-/// Declarations read so far. Words live as long as the process, so equal ones are kept once.
+/// Declarations read so far. Words live as long as the process, so equal ones are stored only once.
 static KEPT: Mutex<Vec<(Texts, DeclaredServices)>> = Mutex::new(Vec::new());
 
 impl DeclaredServices {
-    /// Reads `services` and `counters` from a driver's description of its device, in the form of a [`Manual`](crate::Manual).
+    /// Reads `services` and `counters` from a driver's description of its device, in the format of a [`Manual`](crate::Manual).
     ///
     /// # Errors
-    /// Fails if they do not have that form.
+    /// Fails if they do not have that format.
     pub fn read(about: &Value) -> Result<DeclaredServices, String> {
         let texts: Texts = Texts::deserialize(about).map_err(|why| format!("its services and counters: {why}"))?;
         let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
@@ -46,7 +46,7 @@ impl DeclaredServices {
         Ok(told)
     }
 
-    /// Returns the declaration of a driver with these instead of its own.
+    /// Returns the declaration of a driver with these services and counters instead of its own.
     pub fn declare(self, of: &'static Declaration) -> &'static Declaration {
         Box::leak(Box::new(Declaration { services: self.services, counters: self.counters, ..*of }))
     }

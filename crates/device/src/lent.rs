@@ -5,12 +5,12 @@ use std::sync::OnceLock;
 
 static INTERPRETER: OnceLock<OsString> = OnceLock::new();
 
-/// Sets the Python interpreter that a driver may start, to try something in a separate process. The first one stays.
+/// Sets the Python interpreter that a driver may start to try something in a separate process. Only the first call has an effect.
 pub fn lend_interpreter(interpreter: impl Into<OsString>) {
     INTERPRETER.get_or_init(|| interpreter.into());
 }
 
-/// Returns that interpreter; `python3` if none was set.
+/// Returns the interpreter set by [`lend_interpreter`]; `python3` if none was set.
 pub fn interpreter() -> OsString {
     INTERPRETER.get().cloned().unwrap_or_else(|| "python3".into())
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Interface of drivers: the layer between a physical device and the kernel that reads and writes it.
+//! Driver interface: the layer between a physical device and the kernel that reads and writes it.
 //!
 //! | | |
 //! |---|---|
@@ -12,10 +12,10 @@
 //! | [`GivenOptions`] | options, checked in one place |
 //! | [`Life`], [`SafeState`] | opening, loss and safe state of its device |
 //! | [`Services`], [`ServiceWord`], [`Scan`] | functions off the cycle: commands, and the search for devices |
-//! | [`Counters`] | its counters: lost frames, late answers |
-//! | [`Beside`], [`Manual`] | services and counters of an open driver; its declaration in a form that can be sent and printed |
+//! | [`Counters`] | its counters: lost frames, late responses |
+//! | [`Beside`], [`Manual`] | services and counters of an open driver; its declaration in a format that can be sent and printed |
 //! | [`Part`], [`Command`], [`Servo`], [`Geometry`] | description of its machine, and its appearance |
-//! | [`Attendance`] | silence of the other side, as far as this side was running |
+//! | [`Attendance`] | silence of the other side, counted only while this side was running |
 //! | [`SafeHandle`] | writes that the guard makes when the driver's process has exited |
 //!
 //! This crate is independent of kernels, verbs, threads and processes.

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Times of a device's opening, loss and safe state: a driver declares them, and the conformance kit measures them.
+//! Timing of a device's opening, loss and safe state: declared by the driver, and measured by the conformance kit.
 use std::fmt;
 
-/// Times of a device's opening and loss.
+/// Timing of a device's opening and loss.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Life {
-    /// Time for which [`Driver::open`](crate::Driver::open) waits for a device that is not present yet, ns; 0: the device is present, or
-    /// refused at once.
+    /// Time for which [`Driver::open`](crate::Driver::open) waits for a device that is not present yet, ns; if 0, it fails immediately
+    /// when the device is absent.
     pub waits_ns: i64,
-    /// Maximum time from the last answer of a lost device until its loss is reported, ns.
+    /// Maximum time from the last response of a lost device until its loss is reported, ns.
     pub lost_within_ns: i64,
 }
 
 impl Life {
-    /// Life of a device that is present when it is opened, and whose next exchange fails when it is lost.
+    /// Timing of a device that is present when it is opened, and whose loss makes the next exchange fail.
     pub const IN_PLACE: Life = Life { waits_ns: 0, lost_within_ns: 0 };
 }
 
@@ -26,7 +26,7 @@ pub enum SafeBy {
     Guard,
     /// The device's own watchdog, set by the driver.
     Device,
-    /// The end of the driver's process: the machine is simulated in it, or detects that commands have ended.
+    /// The exit of the driver's process: the machine is simulated in it, or detects that commands have stopped.
     End,
 }
 
@@ -41,25 +41,25 @@ impl fmt::Display for SafeBy {
     }
 }
 
-/// Safe state of a device: the state, the agents that bring it about, and its delay.
+/// Safe state of a device: the state, the agents that establish it, and its delay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SafeState {
-    /// Description, one line: `torque off`.
+    /// Description, one line, such as `torque off`.
     pub doc: &'static str,
     pub by: &'static [SafeBy],
-    /// Maximum time from the request until it holds, ns.
+    /// Maximum time from the request until the state is reached, ns.
     pub within_ns: i64,
 }
 
 impl SafeState {
-    /// Safe state in which each output carries its safe value when [`Driver::safe_state`](crate::Driver::safe_state) returns.
+    /// Safe state in which each output has its safe value when [`Driver::safe_state`](crate::Driver::safe_state) returns.
     pub const BY_DRIVER: SafeState = SafeState { doc: "each output carries its safe value", by: &[SafeBy::Driver], within_ns: 0 };
     /// Safe state of a machine that is simulated in the driver.
     pub const OF_SIMULATION: SafeState = SafeState { by: &[SafeBy::Driver, SafeBy::End], ..SafeState::BY_DRIVER };
 
-    /// Returns true if the machine continues under its last commands when the driver's process has exited or hangs: neither a guard nor
-    /// the machine itself brings it to its safe state. `watchdog`: the device has a watchdog of its own with these options; `guard`: a
-    /// guard runs alongside the driver.
+    /// Returns true if the machine continues under its last commands when the driver's process has exited or hangs, because neither a
+    /// guard nor the machine itself brings it to its safe state. `watchdog`: with these options, the device has a watchdog of its own;
+    /// `guard`: a guard runs alongside the driver.
     #[must_use]
     pub fn is_unguarded(&self, watchdog: bool, guard: bool) -> bool {
         let by = |one| self.by.contains(&one);

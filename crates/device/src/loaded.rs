@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Drivers loaded from a file at run time: `name@/path/of/file.so`. The program that opens drivers provides the loader, as this crate
-//! does not use a linker; any process that is asked for such a kind loads the file itself.
+//! Drivers loaded from a file at run time: `name@/path/of/file.so`. The program that opens drivers provides the loader, because this
+//! crate does not use a linker; a process that receives a request for such a kind loads the file itself.
 use crate::declaration::Declaration;
 use crate::error::DriverError;
 use std::path::Path;
 use std::sync::{PoisonError, RwLock};
 
-/// Loads the drivers of a file and returns their declarations. A driver stays registered for the life of its process.
+/// Function that loads the drivers in a file and returns their declarations. A driver stays registered for the lifetime of its process.
 pub type Loader = fn(&Path) -> Result<Vec<&'static Declaration>, DriverError>;
 
 /// Loaders, each with the extension of its files.
@@ -34,7 +34,7 @@ pub fn load(file: &Path) -> Result<Vec<&'static Declaration>, DriverError> {
     loader(file)
 }
 
-/// Returns the driver that `name@file` refers to; `None` if the kind does not name a file.
+/// Returns the driver to which `name@file` refers; `None` if the kind does not include a file.
 pub(crate) fn in_file(kind: &str) -> Option<Result<&'static Declaration, DriverError>> {
     let (name, file) = kind.split_once('@')?;
     let found = load(Path::new(file)).and_then(|drivers| {

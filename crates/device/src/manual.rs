@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Declaration of a driver in a form that can be sent and printed.
+//! Declaration of a driver in a format that can be sent and printed.
 use crate::accepted::options_of;
 use crate::counters::CounterWord;
 use crate::declaration::Declaration;
@@ -13,21 +13,21 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Manual {
-    /// Name by which a program requests it.
+    /// Name by which a program requests the driver.
     pub kind: String,
     /// Description, one line.
     pub doc: String,
-    /// Place of its exchange: "inline", "worker" or "process".
+    /// Execution context of the driver's exchange: "inline", "worker" or "process".
     pub class: String,
     pub options: Vec<OptionAbout>,
     /// Time for which the driver waits for a device that is not present yet, ns.
     pub waits_ns: i64,
-    /// Maximum time from the last answer of a lost device until its loss is reported, ns.
+    /// Maximum time from the last response of a lost device until its loss is reported, ns.
     pub lost_within_ns: i64,
     pub safe_state: SafeStateAbout,
     pub services: Vec<ServiceAbout>,
     pub counters: Vec<CounterAbout>,
-    /// Rights needed beyond those of an ordinary user's program.
+    /// Privileges required beyond those of an ordinary user process.
     pub rights: Vec<String>,
     /// True if the driver can search for devices.
     pub scans: bool,
@@ -43,10 +43,11 @@ pub struct OptionAbout {
     pub kind: String,
     /// Unit, or empty if none.
     pub unit: String,
-    /// Range of a number, or of each number of a list, `(0, 10]`: a round bracket excludes its end. Omitted if every number is valid.
+    /// Range of a number, or of each number in a list, such as `(0, 10]`: a round bracket excludes the end. Omitted if every number is
+    /// valid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<String>,
-    /// Default in words; null: the option is required.
+    /// Description of the default; null if the option is required.
     pub default: Option<String>,
     pub doc: String,
 }
@@ -59,9 +60,9 @@ pub struct ServiceAbout {
     pub name: String,
     pub doc: String,
     pub arguments: Vec<OptionAbout>,
-    /// Kind of its answer; null: there is no answer.
+    /// Kind of the service's answer; null if there is none.
     pub answer: Option<String>,
-    /// True if the service moves the device: it is refused while an emergency stop is latched.
+    /// True if the service moves the device and is therefore refused while an emergency stop is latched.
     #[serde(default)]
     pub moves: bool,
 }
@@ -84,9 +85,9 @@ pub struct CounterAbout {
 pub struct SafeStateAbout {
     /// Description of the state.
     pub doc: String,
-    /// Agents that bring it about: "driver", "guard", "device", "end of process".
+    /// Agents that establish the state: "driver", "guard", "device", "end of process".
     pub by: Vec<String>,
-    /// Maximum time from the request until it holds, ns.
+    /// Maximum time from the request until the state is reached, ns.
     pub within_ns: i64,
 }
 

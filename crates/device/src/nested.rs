@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Finds the value inside nested options that a type rejects, by its path: `servos.elbow.id`.
+//! Finds the value in nested options that a type rejects, and its path: `servos.elbow.id`.
 //!
-//! Errors of `serde` do not include the location. Each value is left out in turn: if the error disappears with it, it is the cause.
+//! Errors of `serde` do not include the location. Each value is left out in turn: if the error then disappears, that value is the cause.
 use serde_json::Value;
 
-/// Options with more values than this are not searched: each value costs one deserialisation of all.
+/// Maximum number of values for which options are searched, because each value costs one deserialisation of all of them.
 const SEARCHED_MAX: usize = 1_000;
 
-/// A step from a value to one inside it.
+/// A step from a value to one nested in it.
 #[derive(Clone, Debug, PartialEq)]
 enum Step {
     Name(String),
     Index(usize),
 }
 
-/// Returns the path of the value that `error_of` rejects, or of the missing one; empty if it is not found.
+/// Returns the path of the value that `error_of` rejects, or of the missing value; empty if it is not found.
 pub(crate) fn path(options: &Value, error_of: impl Fn(&Value) -> Option<String>) -> String {
     let Some(error) = error_of(options) else { return String::new() };
     let named = error.split('`').nth(1).unwrap_or("");
@@ -52,7 +52,7 @@ fn quotes(error: &str, options: &Value, path: &[Step]) -> bool {
     }
 }
 
-/// Collects the paths of all values inside one.
+/// Collects the paths of all values nested in `value`.
 fn paths(value: &Value, here: &mut Vec<Step>, all: &mut Vec<Vec<Step>>) {
     let inside: Vec<(Step, &Value)> = match value {
         Value::Object(table) => table.iter().map(|(name, value)| (Step::Name(name.clone()), value)).collect(),
@@ -92,7 +92,7 @@ fn remove(value: &mut Value, path: &[Step]) {
     }
 }
 
-/// Formats a path for people: an element of a list by its `name`, if it has one.
+/// Formats a path for people; an element of a list is identified by its `name`, if it has one.
 fn written(options: &Value, path: &[Step]) -> String {
     let mut text = String::new();
     for (depth, step) in path.iter().enumerate() {

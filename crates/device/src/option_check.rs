@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks options against the declaration of a driver, and arguments against that of a service.
+//! Checks options against the declaration of a driver, and arguments against the declaration of a service.
 use crate::error::DriverError;
 use crate::option_word::{Kind, OptionWord};
 use crate::options::GivenOptions;
@@ -20,7 +20,8 @@ impl<'a> GivenOptions<'a> {
         }
     }
 
-    /// Checks like [`check`](Self::check), but any option may be omitted: a search for devices does not know them all.
+    /// Checks like [`check`](Self::check), but allows any option to be omitted, because not all of them are known when searching for
+    /// devices.
     pub(crate) fn check_known<'w>(
         kind: &'a str,
         options: &Value,

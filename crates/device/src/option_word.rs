@@ -15,22 +15,23 @@ pub enum Kind {
     Table,
 }
 
-/// Reach of an option's value beyond its device. An interface for other clients decides by it who may set the option.
+/// Extent to which an option's value reaches beyond its device. An interface for other clients uses this to decide who may set the
+/// option.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reach {
     /// The option does not reach beyond the device.
     Device,
-    /// File of this machine, which is read or written.
+    /// File on this machine, which is read or written.
     File,
-    /// Code that runs: a program, a module, a library, or a folder that is searched for them.
+    /// Code to be executed: a program, a module, a library, or a folder that is searched for them.
     Code,
-    /// Another driver: a table of its `kind` and its `options`.
+    /// A nested driver: a table with its `kind` and its `options`.
     Driver,
     /// A list or table of tables, with the reach of the values of these names in each.
     Entries(&'static [(&'static str, Reach)]),
 }
 
-/// Tables in the value of an option, with the words of each. Words are lists of slices, since drivers share some of them.
+/// Tables in the value of an option, with the declared words of each. Words are lists of slices, because drivers share some of them.
 #[derive(Clone, Copy, Debug)]
 pub enum Inside {
     Nothing,
@@ -47,12 +48,12 @@ pub struct OptionWord {
     pub kind: Kind,
     /// Unit of a number, or empty if none.
     pub unit: &'static str,
-    /// Default in words; `None`: the option is required.
+    /// Description of the default; `None` if the option is required.
     pub default: Option<&'static str>,
     /// Description, one line.
     pub doc: &'static str,
     pub reach: Reach,
-    /// Range of the number, or of each number of the list; `None`: the plausible range for its unit.
+    /// Range of the number, or of each number in the list; `None` for the plausible range of its unit.
     pub range: Option<Interval>,
     pub inside: Inside,
 }
@@ -61,7 +62,7 @@ impl Kind {
     /// All kinds.
     pub const ALL: [Kind; 6] = [Kind::Text, Kind::Number, Kind::Whole, Kind::Bool, Kind::List, Kind::Table];
 
-    /// Returns the name of the kind in a manual.
+    /// Returns the name of the kind as used in a manual.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Text => "text",
@@ -75,12 +76,12 @@ impl Kind {
 }
 
 impl OptionWord {
-    /// Makes a required option.
+    /// Creates a required option.
     pub const fn needed(name: &'static str, kind: Kind, doc: &'static str) -> OptionWord {
         OptionWord { name, kind, unit: "", default: None, doc, reach: Reach::Device, range: None, inside: Inside::Nothing }
     }
 
-    /// Makes an option that may be omitted; `default` describes its value in that case.
+    /// Creates an option that may be omitted; `default` describes its value in that case.
     pub const fn with_default(name: &'static str, kind: Kind, default: &'static str, doc: &'static str) -> OptionWord {
         OptionWord { default: Some(default), ..OptionWord::needed(name, kind, doc) }
     }
@@ -90,22 +91,22 @@ impl OptionWord {
         OptionWord { unit, ..self }
     }
 
-    /// Sets a range from `least` to `most`, of the number or of each number of the list.
+    /// Sets a range from `least` to `most`, for the number or for each number in the list.
     pub const fn within(self, least: f64, most: f64) -> OptionWord {
         OptionWord { range: Some(Interval::closed(least, most)), ..self }
     }
 
-    /// Sets a range above `least`, up to `most`.
+    /// Sets a range above `least`, up to and including `most`.
     pub const fn above(self, least: f64, most: f64) -> OptionWord {
         OptionWord { range: Some(Interval::above(least, most)), ..self }
     }
 
-    /// Declares the value to be a table of these words.
+    /// Declares the value to be a table with these words.
     pub const fn fields(self, words: &'static [&'static [OptionWord]]) -> OptionWord {
         OptionWord { inside: Inside::Fields(words), ..self }
     }
 
-    /// Declares the value to be a list or a table of tables of these words.
+    /// Declares the value to be a list or a table of tables with these words.
     pub const fn entries(self, words: &'static [&'static [OptionWord]]) -> OptionWord {
         OptionWord { inside: Inside::Entries(words), ..self }
     }

@@ -4,14 +4,14 @@ use crate::error::DriverError;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 
-/// Options passed to a driver: only declared ones, of the declared kinds, none missing.
+/// Options passed to a driver: only declared options, of the declared kinds, with none missing.
 pub struct GivenOptions<'a> {
     kind: &'a str,
     options: Value,
 }
 
 impl<'a> GivenOptions<'a> {
-    /// Takes options that have been checked against the declaration of the driver `kind`.
+    /// Wraps options that have been checked against the declaration of the driver `kind`.
     pub(crate) fn checked(kind: &'a str, options: Value) -> GivenOptions<'a> {
         GivenOptions { kind, options }
     }
@@ -33,12 +33,12 @@ impl<'a> GivenOptions<'a> {
         &self.options
     }
 
-    /// Makes an error that names an option.
+    /// Creates an error that names an option.
     pub fn wrong(&self, option: &str, problem: impl Into<String>) -> DriverError {
         DriverError::Option { kind: self.kind.into(), option: option.into(), problem: problem.into() }
     }
 
-    /// Returns the same options without one of them.
+    /// Returns the same options with one of them removed.
     pub(crate) fn without(&self, option: &str) -> GivenOptions<'a> {
         let mut options = self.options.clone();
         if let Some(given) = options.as_object_mut() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks the numbers in options against the ranges that drivers declare, at every depth, before a driver uses them.
+//! Checks the numbers in options against the ranges that drivers declare, at every nesting depth, before a driver uses them.
 use crate::accepted::accepted;
 use crate::option_word::{Inside, Kind, OptionWord, Reach};
 use crate::registry::find;
@@ -24,7 +24,7 @@ impl OptionWord {
         matches!(self.kind, Kind::Number | Kind::Whole) || self.kind == Kind::List && (self.range.is_some() || !self.unit.is_empty())
     }
 
-    /// Returns the range; a time without a declared range must not be negative.
+    /// Returns the range; if no range is declared for a time, it must not be negative.
     pub fn interval(&self) -> Interval {
         let least = if matches!(self.unit, "ns" | "s") { 0.0 } else { f64::NEG_INFINITY };
         self.range.unwrap_or(Interval::closed(least, f64::INFINITY))
@@ -60,7 +60,7 @@ fn in_table(at: &str, word: &OptionWord, table: &Value) -> Option<Outside> {
     table.get(word.name).and_then(|value| outside(at, word, value))
 }
 
-/// Returns the tables of a list or a table, each with the next step of its path. An element of a list is identified by its `name`, if it
+/// Returns the tables in a list or a table, each with the next step of its path. An element of a list is identified by its `name`, if it
 /// has one.
 fn entries(value: &Value) -> Box<dyn Iterator<Item = (String, &Value)> + '_> {
     match value {
@@ -73,7 +73,8 @@ fn entries(value: &Value) -> Box<dyn Iterator<Item = (String, &Value)> + '_> {
     }
 }
 
-/// Returns the reason why a number, or the first such number of a list, is refused. Other values are refused because of their kind.
+/// Returns the reason why a number, or the first invalid number in a list, is refused. Values that are not numbers are refused by the
+/// check of their kind.
 fn problem(word: &OptionWord, value: &Value) -> Option<String> {
     let range = word.interval();
     match value {
@@ -88,7 +89,7 @@ fn refusal(word: &OptionWord, range: Interval, number: f64) -> String {
     format!("it cannot be {given}: its range is {range}{meant}")
 }
 
-/// Returns the probable intention, with the number to use: options are plain numbers.
+/// Returns the probable intention and the number to use, because options are numbers without units.
 fn meant(word: &OptionWord, range: Interval, number: f64) -> Option<String> {
     if word.unit == "ns" {
         let larger = |(unit, ns): &(&str, f64)| range.contains(number * ns).then(|| format!("give {} for {} {unit}", number * ns, short(number)));

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values in the options of a driver that reach beyond its device: files, code, other drivers. They are found at every depth, according
-//! to the declarations of the drivers, before any driver uses them.
+//! Values in the options of a driver that reach beyond its device: files, code, other drivers. They are found at every nesting depth,
+//! based on the declarations of the drivers, before any driver uses them.
 use crate::accepted::accepted;
 use crate::option_word::{OptionWord, Reach};
 use crate::registry::find;
 use serde_json::Value;
 
-/// A value that reaches beyond its device.
+/// A value of an option that reaches beyond the driver's device.
 pub struct ReachingValue<'v> {
     /// Path of the option: `driver.options.path`.
     pub option: &'v str,
@@ -15,8 +15,8 @@ pub struct ReachingValue<'v> {
     pub value: &'v mut Value,
 }
 
-/// Visits each value in the options of the driver `kind` that names a file or code, including the options of nested drivers. A kind that
-/// names its own file is visited as the option `kind`, and its file is not loaded: its declaration is not known here.
+/// Visits each value in the options of the driver `kind` that names a file or code, including the options of nested drivers. If the kind
+/// includes a file, it is visited as the option `kind`, and the file is not loaded, because its declaration is not known here.
 ///
 /// # Errors
 /// Returns the first error of `visit`.
@@ -24,7 +24,8 @@ pub fn each_reach<E>(kind: &str, options: &mut Value, visit: &mut dyn FnMut(Reac
     within("", kind, options, visit)
 }
 
-/// Visits each argument of a service of the driver `kind` that names a file or code. A driver with a nested one has the services of both.
+/// Visits each argument of a service of the driver `kind` that names a file or code. A driver with a nested driver has the services of
+/// both.
 ///
 /// # Errors
 /// Returns the first error of `visit`.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Registry of the drivers of this process, by name. Only the driver's own crate names it: it registers its declaration, and a program
-//! requests it by a string.
+//! Registry of the drivers of this process, by name. A driver is referred to by name only in its own crate, which registers its
+//! declaration; a program requests the driver by a string.
 use crate::declaration::Declaration;
 use crate::error::DriverError;
 use crate::loaded;
@@ -12,7 +12,7 @@ static DRIVERS: RwLock<BTreeMap<&'static str, &'static Declaration>> = RwLock::n
 /// Registers this driver for [`open`](crate::open) in this process. Idempotent.
 ///
 /// # Errors
-/// Returns [`DriverError::Taken`] if another driver has its name.
+/// Returns [`DriverError::Taken`] if another driver has the same name.
 pub fn register(driver: &'static Declaration) -> Result<(), DriverError> {
     let mut drivers = DRIVERS.write().unwrap_or_else(PoisonError::into_inner);
     let is_other = drivers.get(driver.kind).is_some_and(|known| !std::ptr::eq(*known, driver));
@@ -28,10 +28,10 @@ pub fn declarations() -> Vec<&'static Declaration> {
     DRIVERS.read().unwrap_or_else(PoisonError::into_inner).values().copied().collect()
 }
 
-/// Returns the driver of that name, or in that file: `name@file.so`.
+/// Returns the driver with that name, or from that file: `name@file.so`.
 ///
 /// # Errors
-/// Returns a [`DriverError::UnknownKind`] that lists the registered ones.
+/// Returns a [`DriverError::UnknownKind`] that lists the registered drivers.
 pub fn find(kind: &str) -> Result<&'static Declaration, DriverError> {
     if let Some(found) = loaded::in_file(kind) {
         return found;

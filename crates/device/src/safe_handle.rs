@@ -2,15 +2,15 @@
 //! Handles that bring outputs to their safe state without their driver.
 use std::os::fd::OwnedFd;
 
-/// Handle by which another process brings outputs of a device to their safe state when the driver's process has exited: the guard process
-/// of crate `guard` keeps it.
+/// Handle by which another process, the guard process of crate `guard`, brings outputs of a device to their safe state when the driver's
+/// process has exited.
 #[derive(Debug)]
 pub struct SafeHandle {
-    /// Descriptor to write to: a duplicate of the driver's own, so that it stays open when the driver's process ends.
+    /// Descriptor to write to: a duplicate of the driver's own, so that it stays open when the driver's process exits.
     pub descriptor: OwnedFd,
     /// Writes to make, in this order: an offset (ignored if the descriptor is not seekable, such as a serial line) and bytes.
     pub writes: Vec<(u64, Vec<u8>)>,
-    /// True if the values stay in force until a driver opens the device again, whatever the old one still writes. Then a process that is
-    /// only stalled need not be killed.
+    /// True if the values stay in force until a driver opens the device again, even if the previous driver writes again. A process that
+    /// is merely stalled then need not be killed.
     pub latches: bool,
 }

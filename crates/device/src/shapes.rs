@@ -2,18 +2,19 @@
 //! Shapes of a machine, for a viewer.
 use serde::Serialize;
 
-/// Bodies of a machine for drawing. Metres; quaternions w x y z; poses are relative to the parent.
+/// Bodies of a machine for drawing. Lengths are in metres, quaternions are w x y z, and poses are relative to the parent.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Geometry {
     /// Bodies in the order of the model; the first is the world.
     pub bodies: Vec<Body>,
     pub meshes: Vec<Mesh>,
-    /// Name by which contacts are read, six numbers each: position, m, and force, N, in the world; null: contacts are not reported.
+    /// Name under which contacts are read, six numbers each: position, m, and force, N, in the world frame; null if contacts are not
+    /// reported.
     pub contacts: Option<String>,
 }
 
-/// A body: its pose on its parent, its joint, its shapes.
+/// A body: its pose relative to its parent, its joint, and its shapes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "GeometryBody"))]
@@ -39,13 +40,14 @@ pub struct Joint {
     pub kind: JointKind,
     pub axis: [f64; 3],
     pub position: [f64; 3],
-    /// Position of a hinge or slide in the drawn model, rad or m. A viewer turns by position - reference.
+    /// Position of a revolute or prismatic joint in the drawn model, rad or m. A viewer rotates or moves the body by position -
+    /// reference.
     pub reference: Option<f64>,
-    /// Name by which its position is read; null: no channel reports it.
+    /// Name under which the joint's position is read; null if no channel reports it.
     pub svv: Option<String>,
 }
 
-/// Kind of a joint's motion.
+/// Type of joint.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -70,11 +72,11 @@ pub struct Shape {
     pub quaternion: [f64; 4],
     /// Red, green, blue, opacity, 0 to 1.
     pub rgba: [f32; 4],
-    /// Index into the meshes; null: the shape is drawn according to its kind.
+    /// Index into the meshes; null if the shape is drawn according to its kind.
     pub mesh: Option<usize>,
 }
 
-/// Mesh of triangles.
+/// Triangle mesh.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "GeometryMesh"))]

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Types of a channel: a number, or a fixed array of one.
+//! Types of a channel: a number, or a fixed-size array of numbers.
 use std::fmt;
 use std::str::FromStr;
 
-/// Number of a fixed width, or Boolean.
+/// Number of a fixed width, or a Boolean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Number {
     Bool,
@@ -19,7 +19,7 @@ pub enum Number {
     Double,
 }
 
-/// Number types, each with its name in C and its width in bytes.
+/// Number types, each with its C name and its width in bytes.
 const NUMBERS: [(Number, &str, usize); 11] = [
     (Number::Bool, "bool", 1),
     (Number::Int8, "int8_t", 1),
@@ -39,7 +39,7 @@ impl Number {
         NUMBERS.iter().find(|(number, ..)| *number == self).expect("every number has a row")
     }
 
-    /// Returns the name in C.
+    /// Returns the C name.
     pub fn name(self) -> &'static str {
         self.row().1
     }
@@ -50,7 +50,7 @@ impl Number {
     }
 }
 
-/// Type of a channel. As text it is a C type: `double`, `int16_t[4]`.
+/// Type of a channel. As text, it is a C type such as `double` or `int16_t[4]`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Type {
     pub number: Number,
@@ -62,12 +62,12 @@ impl Type {
     pub const DOUBLE: Type = Type::of(Number::Double);
     pub const BOOL: Type = Type::of(Number::Bool);
 
-    /// Makes the type of one number.
+    /// Creates the type of a single number.
     pub const fn of(number: Number) -> Type {
         Type { number, elements: None }
     }
 
-    /// Makes the type of an array of `elements` doubles; a single one is not an array.
+    /// Creates the type of an array of `elements` doubles; a single double is not an array.
     pub const fn doubles(elements: usize) -> Type {
         Type { number: Number::Double, elements: if elements == 1 { None } else { Some(elements) } }
     }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Watchdog of a device without one, as drives have it: if no new command arrives for its timeout, the device goes to its safe state by
-//! itself, and reports it when its driver returns.
+//! Watchdog for a device that has none, like the one of a drive: if no new command arrives for its timeout, the device goes to its safe
+//! state by itself, and reports this at the driver's next reading.
 //!
-//! Option `timeout_ns` of every driver that runs in place (a plant in a process of its own has it in that process). It starts with the
-//! first command that moves anything: a device at rest cannot time out.
+//! It is the option `timeout_ns` of every driver that runs in place (a plant in a process of its own has its watchdog in that process).
+//! The watchdog starts with the first command that claims a channel, so a device at rest cannot time out.
 use crate::accepted::TIMEOUT;
 use crate::channel::Channel;
 use crate::counters::Counters;
@@ -19,12 +19,12 @@ use std::sync::Arc;
 struct Watchdog {
     inner: Box<dyn Driver>,
     timeout_ns: i64,
-    /// Time of the latest command that moves anything; `None` at rest.
+    /// Time of the latest command that claims a channel; `None` at rest.
     commanded_ns: Option<i64>,
     is_over: bool,
 }
 
-/// Makes a driver, with a watchdog if its options request one.
+/// Creates a driver, with a watchdog if its options request one.
 pub(crate) fn watched(given: &GivenOptions<'_>, of: &Declaration) -> Result<OpenedDriver, DriverError> {
     let timeout_ns = given.value()[TIMEOUT.name].as_i64();
     let (inner, about) = of.make(&given.without(TIMEOUT.name))?;

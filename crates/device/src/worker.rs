@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Options of a driver that exchanges on a thread of its own. The program that opens drivers provides the thread: this crate has none.
+//! Options of a driver that exchanges on a thread of its own. The program that opens drivers provides the thread, because this crate has
+//! none.
 use crate::accepted::{IN_PLACE, WORKER};
 use crate::driver::Driver;
 use crate::error::DriverError;
@@ -15,23 +16,23 @@ const PERIOD_NS: i64 = 10_000_000;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pace {
     pub period_ns: i64,
-    /// Maximum time since the latest exchange; beyond it the device counts as lost.
+    /// Maximum time since the latest exchange, ns, above which the device counts as lost.
     pub age_max_ns: i64,
-    /// Maximum age of the readings, if set; beyond it the device counts as lost: it may have sent nothing new for longer than an exchange
-    /// takes.
+    /// Maximum age of the readings, ns, if set; above it, the device counts as lost. An exchange may succeed although the device has not
+    /// sent anything new for longer than that.
     pub taken_max_ns: Option<i64>,
-    /// Time to wait for the device to appear, ns.
+    /// Time for which to wait for the device to appear, ns.
     pub waits_ns: i64,
-    /// True if it exchanges on the thread of its source: no thread has a pace of its own under the virtual clock.
+    /// True if the driver exchanges on the thread of its source, because under the virtual clock no thread has its own pace.
     pub in_place: bool,
 }
 
-/// Wraps a driver in one that exchanges on a thread of its own; its last channel is `age`, the age of its readings.
+/// Function that wraps a driver in one that exchanges on a thread of its own; its last channel is `age`, the age of its readings.
 pub type Worker = fn(Box<dyn Driver>, Pace) -> Box<dyn Driver>;
 
 static LENT: OnceLock<Worker> = OnceLock::new();
 
-/// Sets the worker that provides drivers with threads in this process. The first one stays.
+/// Sets the worker that provides drivers with threads in this process. Only the first call has an effect.
 pub fn lend_worker(worker: Worker) {
     LENT.get_or_init(|| worker);
 }
@@ -40,7 +41,7 @@ pub(crate) fn lent() -> Option<Worker> {
     LENT.get().copied()
 }
 
-/// Returns the pace set by the options, and the remaining options.
+/// Returns the pace that the options set, and the remaining options.
 pub(crate) fn pace<'a>(given: &GivenOptions<'a>, life: &Life) -> Result<(Pace, GivenOptions<'a>), DriverError> {
     let of = |word: &OptionWord| given.value()[word.name].as_i64();
     let rest = WORKER.iter().fold(given.without(""), |rest, word| rest.without(word.name));

@@ -3,7 +3,7 @@
 //!
 //! | module | |
 //! |---|---|
-//! | `worker` | a thread of its own for a driver whose exchange may wait; its source takes the newest readings, each with its age |
+//! | `worker` | a dedicated thread for a driver whose exchange may block; its source takes the newest readings, each with its age |
 //! | [`conformance`] | the kit that checks that a driver keeps the promises of the interface |
 //! | `foreign` | drivers in C, from shared objects |
 //! | `in_place` | the same driver on the thread of its source, for the virtual clock |
@@ -17,7 +17,7 @@ mod worker;
 use device::{Driver, Pace};
 use std::sync::Once;
 
-/// Registers the threads for the drivers of this process, and the loader for drivers in files. Idempotent.
+/// Provides the threads for the drivers of this process, and the loader for drivers in files. Idempotent.
 pub fn lend() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {

@@ -26,7 +26,7 @@ impl AgedChannels {
         let written = channels.iter().filter(|channel| channel.direction == Direction::Write).count();
         AgedChannels { channels, age, readings_len, commands_len: end(Direction::Write), written }
     }
-    /// Stores and returns the age of readings that the device took at a time, ns. Real-time safe.
+    /// Stores and returns the age of readings that the device took at `taken_ns`, ns. Real-time safe.
     pub(crate) fn set_age(&self, readings: &mut [u8], release_ns: i64, taken_ns: i64) -> i64 {
         let age_ns = release_ns.saturating_sub(taken_ns).max(0);
         self.age.set_double(readings, 0, age_ns as f64 * 1e-9);
@@ -34,7 +34,7 @@ impl AgedChannels {
     }
 }
 
-/// Fails if the device has sent nothing new for longer than the maximum age of its readings.
+/// Fails if the device has not sent anything new for longer than the maximum age of its readings.
 pub(crate) fn check_age(pace: &Pace, age_ns: i64) -> Result<(), DeviceError> {
     let Some(most_ns) = pace.taken_max_ns.filter(|most_ns| age_ns > *most_ns) else { return Ok(()) };
     let (age, most) = (age_ns as f64 * 1e-6, most_ns as f64 * 1e-6);

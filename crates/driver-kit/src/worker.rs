@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A thread of its own for a driver whose exchange may wait: a fieldbus over TCP, a serial line. The source takes the newest readings and
-//! leaves its commands in triple buffers; it never waits for the thread, nor the thread for it.
+//! A dedicated thread for a driver whose exchange may block: a fieldbus over TCP, a serial line. The source takes the newest readings
+//! from triple buffers, and leaves its commands in them; neither waits for the other.
 //!
 //! | event | consequence |
 //! |---|---|
 //! | an exchange fails | the next `read` of the source fails: the device is lost |
-//! | an exchange takes long | readings grow old; beyond `age_max_ns` the device is lost |
-//! | the device sends nothing new | readings grow old too; the device is lost beyond `age_max_ns` if that option was set |
+//! | an exchange takes long | the readings age; beyond `age_max_ns`, the device is lost |
+//! | the device sends nothing new | the readings age too; the device is lost beyond `age_max_ns` if that option was set |
 //! | the source leaves no commands for as long | the thread brings the outputs to their safe state |
-//! | source and thread were stalled together | neither blames the other: silence counts from the resumption |
-//! | `safe_state` | the thread is woken; the safe state follows the running exchange |
+//! | source and thread were stalled together | neither counts the other as silent: silence is measured from the resumption |
+//! | `safe_state` | the thread is woken; the safe state follows the current exchange |
 use crate::readings::{AgedChannels, check_age};
 use device::{Attendance, Channel, Counters, DeviceError, Driver, Pace, SafeHandle, Services};
 use interconnect::{TripleReader, TripleWriter, triple_buffer};
@@ -19,11 +19,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Time limit of a running exchange when the driver is opened or closed, in addition to the declared wait for the device.
+/// Time limit for a current exchange when the driver is opened or closed, in addition to the declared wait for the device.
 const EXCHANGE: Duration = Duration::from_secs(5);
 /// Bytes before commands: the time of writing, ns.
 const STAMP: usize = size_of::<i64>();
-/// Bytes before readings: the times at which they were exchanged, and taken by the device, ns.
+/// Bytes before readings: the times at which they were exchanged, and at which the device took them, ns.
 const STAMPS: usize = 2 * STAMP;
 
 /// State shared by the source and the thread in addition to the buffers.
@@ -49,7 +49,7 @@ impl SharedState {
 }
 
 pub(crate) struct Worker {
-    /// The driver before `open`; afterwards the thread has it.
+    /// Driver before `open`; afterwards, the thread owns it.
     inner: Option<Box<dyn Driver>>,
     aged: AgedChannels,
     pace: Pace,
@@ -193,7 +193,7 @@ impl Drop for Worker {
     }
 }
 
-/// The source's clock on the thread: it was read when the driver was opened.
+/// Clock of the source, for use by the thread; it was read when the driver was opened.
 struct Clock {
     epoch: Instant,
     epoch_ns: i64,

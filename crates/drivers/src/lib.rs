@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Drivers that come with OpenGPAC: physical devices behind the interface of crate [`device`].
+//! Drivers included in OpenGPAC: physical devices behind the interface of crate [`device`].
 //!
-//! A driver is a file or a folder here, with a declaration that names its options; `ALL` is the list of them. It depends on channels and
-//! time only, not on verbs, state vector variables or Python, and no higher layer names it: it is requested by a string. A driver of
+//! Each driver is a file or a folder here, with a declaration that names its options; `ALL` lists them. A driver depends only on channels
+//! and time, not on verbs, state vector variables or Python, and no higher layer names it: it is requested by a string. A driver of
 //! another crate calls [`device::register`], and is requested in the same way.
 //!
 //! | kind | description |
 //! |---|---|
 //! | `mujoco` | a robot arm simulated by MuJoCo, from any MJCF file |
 //! | `loopback` | parts that follow their effort, `x' = u`, for tests; it can fail on purpose |
-//! | `ethercat` | drives by CiA 402 on EtherCAT, an axis each; its crate is `ethercat` |
-//! | `canopen` | drives by CiA 402 on CANopen, an axis each; its crate is `canopen` |
-//! | `plant_process` | any of the others in a process of its own, at its own pace, which outlives the one that commands it |
+//! | `ethercat` | CiA 402 drives on EtherCAT, one axis each; its crate is `ethercat` |
+//! | `canopen` | CiA 402 drives on CANopen, one axis each; its crate is `canopen` |
+//! | `plant_process` | any of the others in a process of its own, at its own pace, which outlives the process that commands it |
 //! | `feetech`, `dynamixel` | servos on a serial bus, each a joint that takes goals |
 //! | `python` | a driver written in Python, in a process of its own |
 //! | `modbus` | a Modbus device over TCP or a serial line |
 //! | `modbus_server` | channels of this machine, offered by Modbus over TCP |
-//! | `text` | a device that speaks in lines of text, over TCP or a serial line |
-//! | `ur` | an arm of Universal Robots over RTDE, which takes positions |
+//! | `text` | a device that communicates in lines of text, over TCP or a serial line |
+//! | `ur` | a Universal Robots arm over RTDE, which takes positions |
 //! | `scripted` | channels of any type that read a table of values and record commands, for tests |
 mod loopback;
 mod modbus;
@@ -30,7 +30,8 @@ mod stream;
 mod text;
 mod ur;
 
-/// Parsers of bytes from machines, for fuzzers: functions that take any bytes, and panic if accepted bytes would be encoded differently.
+/// Parsers of bytes received from machines, for fuzzers: functions that take arbitrary bytes, and panic if accepted bytes would be
+/// encoded differently.
 #[doc(hidden)]
 pub mod any_bytes {
     pub use crate::modbus::any_bytes::modbus;
@@ -97,7 +98,7 @@ pub fn scan(kind: &str, options: &Value) -> Result<Vec<FoundDevice>, DriverError
     device::scan(kind, options)
 }
 
-/// Makes the driver `kind` from its options, like [`device::open`].
+/// Creates the driver `kind` from its options, like [`device::open`].
 ///
 /// # Errors
 /// Fails if the kind is unknown or an option is wrong, or with the driver's own error.
@@ -171,7 +172,8 @@ pub fn each_reach_of_service<E>(
     device::each_reach_of_service(of, service, arguments, visit)
 }
 
-/// Runs a process that was started for a driver. Returns when the driver was closed, or no client has been connected for its linger time.
+/// Runs a process that was started for a driver. Returns when the driver has been closed, or when no client has been connected for its
+/// linger time.
 ///
 /// # Errors
 /// Fails if the process was not started by a driver; the message is for people.
@@ -180,8 +182,8 @@ pub fn run_process() -> Result<(), String> {
     plant_process::run()
 }
 
-/// Checks a driver by the conformance kit; `settings` name a process that calls [`run_check`]. `hear` receives each outcome as it
-/// arrives, and ends the checks by breaking.
+/// Checks a driver with the conformance kit; `settings` contain the command line of a process that calls [`run_check`]. `hear` receives
+/// each outcome as it arrives, and can stop the checks by breaking.
 pub fn check_conformance(kind: &str, options: &Value, settings: &Settings, hear: &mut dyn FnMut(&Outcome) -> ControlFlow<()>) -> Report {
     register();
     driver_kit::conformance::check(kind, options, settings, hear)
@@ -190,7 +192,7 @@ pub fn check_conformance(kind: &str, options: &Value, settings: &Settings, hear:
 /// Runs a process in which a driver is checked.
 ///
 /// # Errors
-/// Fails if the process was not started for that; the message is for people.
+/// Fails if the process was not started for this purpose; the message is for people.
 pub fn run_check() -> Result<(), String> {
     register();
     driver_kit::conformance::serve()

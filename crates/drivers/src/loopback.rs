@@ -3,8 +3,8 @@
 //!
 //! Channels of each part: `<part>.position` (double, rad, read), `<part>.velocity` (double, rad/s, read), `<part>.bias` (double, N.m,
 //! read, always 0) and `<part>.effort` (double, N.m, write, safe value 0). The effort written at one firing moves the part until the
-//! next; a part whose effort is not claimed stands still. With `command` `"position"` there is `<part>.goal` (double, rad, write) instead
-//! of effort and bias: the part reaches it at the next firing.
+//! next; a part whose effort is not claimed does not move. With `command` `"position"`, there is `<part>.goal` (double, rad, write)
+//! instead of effort and bias: the part reaches it at the next firing.
 mod services;
 
 use device::{
@@ -59,20 +59,20 @@ struct Loopback {
     velocity: Vec<f64>,
     placed: Arc<PlacedParts>,
     counters: Arc<Counters>,
-    /// Goals of parts that take positions, if one is set.
+    /// Goal of each part that takes positions, if one is set.
     goal: Vec<Option<f64>>,
 }
 
-/// Slots of the values of one part.
+/// Slots of one part.
 struct Slots {
     position: Slot,
     velocity: Slot,
-    /// Slot of a part that takes efforts.
+    /// Slot of the bias, for a part that takes efforts.
     bias: Option<Slot>,
     command: Slot,
 }
 
-/// Makes the device; the initial positions are `initial`.
+/// Creates the device; the initial positions are `initial`.
 fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     let wrong = |option: &str, problem: String| given.wrong(option, problem);

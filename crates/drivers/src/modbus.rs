@@ -10,7 +10,7 @@
 //! | `turn`, `link` | a request and its answer; units on one line take turns |
 //! | `client` | the driver |
 //! | `server` | the other side: channels of this machine, offered to clients |
-//! | `any_bytes` | the entry of a fuzzer |
+//! | `any_bytes` | the entry point of a fuzzer |
 //! | `services`, `scan` | single registers, identification; the search for units |
 pub(crate) mod any_bytes;
 mod client;

@@ -4,8 +4,8 @@
 //! Options: `channels`, a list of `{name, direction: "read" | "write", type: "double" | "float" | "bool" | "int8_t" … "uint64_t" or such
 //! a type with `[n]`, unit, safe, slew, loop_of}`, and `table`, a list of rows `{at_ns, values: {name: number or list}}`: from `at_ns`
 //! after opening, those read channels have those values (0 before). A read channel with `loop_of: "<write channel>"` of the same type
-//! reads the last value written there instead. A write channel whose claim ends receives its safe value from the kernel, as for any
-//! device.
+//! instead reads the last value written to that channel. A write channel whose claim ends receives its safe value from the kernel, as for
+//! any device.
 use device::{
     Channel, Declaration, DeviceError, Direction, Driver, DriverError, GivenOptions, Kind, Layout, Number, OpenedDriver, OptionWord, SafeState, Type,
 };
@@ -53,14 +53,14 @@ struct RowOptions {
     values: Map<String, Value>,
 }
 
-/// Bytes that are read at `offset` from `at_ns`.
+/// Bytes that are read at `offset` from time `at_ns` on.
 struct Row {
     at_ns: i64,
     offset: usize,
     bytes: Vec<u8>,
 }
 
-/// A read channel that shows a write channel: (offset in the readings, offset in the commands, length in bytes).
+/// A read channel that mirrors a write channel: (offset in the readings, offset in the commands, length in bytes).
 type Loop = (usize, usize, usize);
 
 struct ScriptedDriver {
@@ -73,7 +73,7 @@ struct ScriptedDriver {
     commands: Vec<u8>,
 }
 
-/// Makes the device. Errors name the wrong channel or row.
+/// Creates the device. Errors name the invalid channel or row.
 fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let wrong = |option: &str, problem: String| given.wrong(option, problem);
     let options: Options = given.read()?;
@@ -133,7 +133,7 @@ fn channel(given: &ChannelOptions) -> Result<Channel, String> {
     }
 }
 
-/// Returns the bytes of a number, of a Boolean or of a list of them. `"nan"` and `"inf"` are values of a double.
+/// Returns the bytes of a number, of a Boolean, or of a list of either. `"nan"` and `"inf"` are values of a double.
 fn encode(of: Type, value: &Value) -> Result<Vec<u8>, String> {
     let one = [value.clone()];
     let values: &[Value] = value.as_array().map_or(&one, |list| list);

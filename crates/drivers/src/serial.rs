@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A serial line: opened raw and exclusively, read with a deadline. A pseudo terminal is one too, so that all layers above are tested
-//! without a cable.
+//! A serial line: opened raw and exclusively, read with a deadline. A pseudo terminal is also a serial line, so that all layers above can
+//! be tested without a cable.
 //!
-//! Nothing here allocates after [`SerialLine::open`]. Each wait is bounded by the caller's deadline.
+//! No function here allocates after [`SerialLine::open`]. Each wait is bounded by the caller's deadline.
 use forks::Device;
 use serde::Deserialize;
 use std::fs::{File, OpenOptions};
@@ -21,10 +21,10 @@ pub(crate) enum Parity {
     Odd,
 }
 
-/// Settings of a line: 8 data bits.
+/// Settings of a line with 8 data bits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Settings {
-    /// Bits per second: any number that the interface can generate, not only standard rates.
+    /// Baud rate: any rate that the interface can generate, not only standard ones.
     pub baud: u32,
     pub parity: Parity,
     /// 1 or 2.
@@ -38,7 +38,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Returns the duration of one byte on the line: start, 8 data, parity and stop bits.
+    /// Returns the transmission time of one byte: start bit, 8 data bits, parity and stop bits.
     pub(crate) fn byte_time(&self) -> Duration {
         let bits = 9 + u32::from(self.parity != Parity::None) + u32::from(self.stop_bits);
         Duration::from_nanos(u64::from(bits) * 1_000_000_000 / u64::from(self.baud.max(1)))
@@ -51,7 +51,8 @@ pub(crate) struct SerialLine {
     file: Device<File>,
 }
 
-/// Claims a line for this program: the lock informs programs that check it, the flag of the terminal excludes the others.
+/// Claims a line for this program: the lock signals this to programs that check it, and the terminal's exclusive flag keeps out the
+/// others.
 fn claim(file: &File) -> Result<()> {
     // SAFETY: the descriptor is open.
     if unsafe { libc::flock(file.as_raw_fd(), libc::LOCK_EX | libc::LOCK_NB) } != 0 {
@@ -64,7 +65,7 @@ fn claim(file: &File) -> Result<()> {
 }
 
 impl SerialLine {
-    /// Opens `path` raw (no echo, no line editing, no flow control) and exclusively, and discards bytes received before.
+    /// Opens `path` raw (no echo, no line editing, no flow control) and exclusively, and discards bytes received earlier.
     ///
     /// # Errors
     /// Fails if the path does not exist, is not a terminal, cannot be configured, or is in use by another program
@@ -103,8 +104,8 @@ impl SerialLine {
         check(unsafe { libc::ioctl(self.raw(), libc::TCSETS2, &raw const terminal) })
     }
 
-    /// Reads the available bytes, at least one; returns `Ok(0)` if none had arrived by the deadline. After the deadline it does not wait,
-    /// and [`OVERTIME`] after it it reads nothing.
+    /// Reads the available bytes, at least one; returns `Ok(0)` if none had arrived by the deadline. After the deadline it does not
+    /// block, and more than [`OVERTIME`] after it, it reads nothing.
     ///
     /// # Errors
     /// Fails if the line is lost: its adapter was unplugged, or the other end of the pseudo terminal was closed.
@@ -177,17 +178,17 @@ impl AsFd for SerialLine {
     }
 }
 
-/// Time after a deadline in which data is still read: it may have arrived before the deadline while this thread was not scheduled.
-/// Afterwards a loop that reads until no more data arrives ends, even if the other side is never silent.
+/// Time after a deadline for which data is still read, because it may have arrived before the deadline while this thread was not
+/// scheduled. After that, a loop that reads until no more data arrives ends, even if the other side never stops sending.
 pub(crate) const OVERTIME: Duration = Duration::from_secs(2);
 
-/// Returns true if a deadline has passed by more than [`OVERTIME`].
+/// Returns true if a deadline has been exceeded by more than [`OVERTIME`].
 pub(crate) fn is_overtime(deadline: Instant) -> bool {
     Instant::now() > deadline + OVERTIME
 }
 
-/// Waits until a descriptor is ready (`POLLIN`, `POLLOUT`) or has failed; returns false if the deadline is reached first, or has passed
-/// by [`OVERTIME`].
+/// Waits until a descriptor is ready (`POLLIN`, `POLLOUT`) or has failed; returns false if the deadline is reached first, or has been
+/// exceeded by [`OVERTIME`].
 pub(crate) fn wait(of: BorrowedFd<'_>, events: i16, deadline: Instant) -> Result<bool> {
     if is_overtime(deadline) {
         return Ok(false);
@@ -220,7 +221,7 @@ pub(crate) mod tests {
     use std::ffi::CStr;
     use std::os::fd::FromRawFd;
 
-    /// Makes a pseudo terminal. Returns the end that plays the device, and the path of the other.
+    /// Creates a pseudo terminal. Returns the end that plays the device, and the path of the other end.
     pub(crate) fn pty() -> (File, String) {
         // SAFETY: these are plain calls on a local descriptor; the name is copied out of a local buffer.
         unsafe {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A stream of bytes to a device: a TCP connection or a serial line, by an address in one string.
+//! A stream of bytes to a device: a TCP connection or a serial line, whose address is a single string.
 //!
 //! `tcp/192.0.2.5:502` and `rtu//dev/ttyUSB0?baud=19200&parity=even&stop=1`; the prefix of a serial line depends on the driver.
 use crate::serial::{Parity, SerialLine, Settings, is_overtime, wait};
@@ -22,7 +22,7 @@ pub(crate) enum Address {
 }
 
 impl Address {
-    /// Parses an address. `serial` is the prefix of a serial line, `settings` are its defaults, and `port` is the default of TCP.
+    /// Parses an address. `serial` is the prefix of a serial line, `settings` contains its defaults, and `port` is the default TCP port.
     ///
     /// # Errors
     /// Returns a message that explains the format of an address.

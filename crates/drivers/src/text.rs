@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices that speak in lines of text, over TCP or a serial line: scanners, scales, printers. Their texts are declared, without code.
+//! Devices that communicate in lines of text, over TCP or a serial line: scanners, scales, printers. Their texts are declared, without
+//! code.
 //!
 //! | module | |
 //! |---|---|
 //! | `frame` | start and end of a text, and its completeness |
-//! | `fields` | numbers, words, letters |
+//! | `fields` | numbers, words, strings |
 //! | `pattern` | `"ST,{weight} kg"`: the positions of fields |
 //! | `talker` | the driver |
-//! | `any_bytes` | the entry of a fuzzer |
+//! | `any_bytes` | the entry point of a fuzzer |
 pub(crate) mod any_bytes;
 mod fields;
 mod frame;
@@ -95,7 +96,7 @@ fn half_a_second() -> u64 {
     500_000_000
 }
 
-/// Channel that counts texts, so that a verb notices one that equals the previous one.
+/// Channel that counts texts, so that a verb can detect a text that equals the previous one.
 const COUNT: &str = "count";
 
 fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
@@ -136,12 +137,12 @@ fn framing(options: &Options) -> Result<Framing, (&'static str, String)> {
     Ok(Framing { start: options.start.as_bytes().to_vec(), length: options.length, end, checksum })
 }
 
-/// Channels and fields so far.
+/// Channels and fields created so far.
 #[derive(Default)]
 struct ChannelsMade {
     layout: Layout,
     fields: BTreeMap<String, (Field, bool)>,
-    /// Number of written channels.
+    /// Number of write channels.
     written: usize,
     indices: BTreeMap<String, usize>,
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver in its cycle, exchanged as by a source. `cycles INTERFACE AXES SECONDS PRIORITY` engages all axes at 1 kHz on a thread of
-//! that real-time priority (0: none), counts the allocations of the cycles, and prints their lateness and duration, ns, as JSON.
+//! Exchanges with the driver in its cycle, as a source does. `cycles INTERFACE AXES SECONDS PRIORITY` engages all axes at 1 kHz on a
+//! thread with that real-time priority (0 for none), counts the allocations of the cycles, and prints their lateness and duration, ns, as
+//! JSON.
 use device::{DeviceError, Driver};
 use serde_json::{Value, json};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -9,7 +10,7 @@ use std::f64::consts::TAU;
 
 const PERIOD_NS: i64 = 1_000_000;
 const COUNTS: f64 = 10_000.0;
-/// Number of cycles in which all axes are enabled; measurements begin after them.
+/// Number of cycles in which all axes are enabled, before measurements begin.
 const BEGINS: usize = 1_000;
 
 struct Counting;
@@ -65,9 +66,9 @@ struct CycleMeasurements {
     lateness: Vec<u64>,
     spans: Vec<u64>,
     allocations: u64,
-    /// Releases skipped by late cycles.
+    /// Number of releases that were skipped because of late cycles.
     skipped: u64,
-    /// Range of positions of the first axis, rad.
+    /// Distance that the first axis covered, rad.
     moved: f64,
 }
 

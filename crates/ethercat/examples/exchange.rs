@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 const WATCHDOG_NS: i64 = 6_000_000_000;
 const LONG: Duration = Duration::from_secs(10);
-/// Control words that lead to operation, with velocity 0.
+/// Control words that lead to the operational state, with velocity 0.
 const WORDS: [u16; 4] = [0x80, 0x06, 0x07, 0x0F];
 
 fn main() -> Result<(), String> {

@@ -1,47 +1,47 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages in the mailbox of a subdevice: service data objects of CANopen over EtherCAT (CoE).
+//! Messages in the mailbox of a subdevice: service data objects (SDOs) of CANopen over EtherCAT (CoE).
 use crate::frames::{put, u16_at, u32_at};
 
 pub use cia402::Entry;
 
-/// Lengths of the mailbox header, and of the CoE header.
+/// Length of the mailbox header, and of the CoE header.
 const MAILBOX: usize = 6;
 /// Minimum length of a message that carries an SDO.
 pub const SDO_LEN: usize = MAILBOX + 2 + 8;
-/// Offset of the bytes of an SDO.
+/// Offset of the SDO bytes.
 pub const SDO_AT: usize = MAILBOX + 2;
 const COE: u8 = 3;
 
-/// Services of CoE.
+/// CoE services.
 pub const EMERGENCY: u8 = 1;
 pub const REQUEST: u8 = 2;
 pub const RESPONSE: u8 = 3;
 
-/// Bits of a command: size indicated, expedited.
+/// Bits of an SDO command: size indicated, expedited.
 const SIZED: u8 = 1;
 const EXPEDITED: u8 = 2;
 pub const ABORT: u8 = 0x80;
 
-/// Content of a message.
+/// Content of an SDO message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sdo<'a> {
     /// Request to read this entry.
     Upload(Entry),
     /// Complete value of the entry.
     Uploaded(Entry, &'a [u8]),
-    /// First bytes of a value of this total length.
+    /// First bytes of a value with this total length.
     UploadBegun(Entry, u32, &'a [u8]),
     /// Request for the next segment.
     UploadNext {
         toggle: bool,
     },
-    /// A segment, and whether it is the last one; used in both directions.
+    /// A segment, and whether it is the last; used in both directions.
     Segment {
         toggle: bool,
         last: bool,
         data: &'a [u8],
     },
-    /// Request to write this entry: a complete value, or the first bytes of one of this total length.
+    /// Request to write this entry: a complete value, or the first bytes of a value with this total length.
     Download(Entry, u32, &'a [u8]),
     Downloaded(Entry),
     /// Confirmation of a segment.
@@ -54,13 +54,13 @@ pub enum Sdo<'a> {
 /// A message in a mailbox.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Message<'a> {
-    /// 1 to 7, counted by the sender; 0 if it does not count.
+    /// Counter of the sender, 1 to 7; 0 if the sender does not count.
     pub counter: u8,
     pub service: u8,
     pub body: &'a [u8],
 }
 
-/// Parses a mailbox; returns `None` if it is not a CoE message, or shorter than its header states.
+/// Parses a mailbox; returns `None` if it does not contain a CoE message, or is shorter than its header states.
 pub fn message(bytes: &[u8]) -> Option<Message<'_>> {
     let header = bytes.get(..SDO_AT)?;
     let len = usize::from(u16_at(header, 0));
@@ -69,7 +69,7 @@ pub fn message(bytes: &[u8]) -> Option<Message<'_>> {
     Some(Message { counter: header[5] >> 4 & 7, service: header[7] >> 4, body })
 }
 
-/// Parses the body of a message of service [`REQUEST`].
+/// Parses the body of a message with service [`REQUEST`].
 pub fn request(body: &[u8]) -> Option<Sdo<'_>> {
     let command = *body.first()?;
     match command >> 5 {
@@ -83,7 +83,7 @@ pub fn request(body: &[u8]) -> Option<Sdo<'_>> {
     }
 }
 
-/// Parses the body of a message of service [`RESPONSE`].
+/// Parses the body of a message with service [`RESPONSE`].
 pub fn response(body: &[u8]) -> Option<Sdo<'_>> {
     let command = *body.first()?;
     match command >> 5 {
@@ -141,8 +141,8 @@ fn download(body: &[u8]) -> Option<Sdo<'_>> {
     Some(Sdo::Download(of, size, body[8..].get(..size as usize).unwrap_or(&body[8..])))
 }
 
-/// Writes a message into a mailbox; returns the number of bytes used. Data that do not fit are truncated: those of a segment or of the
-/// beginning of a transfer, which contain the total length.
+/// Writes a message into a mailbox; returns the number of bytes used. If data do not fit into the mailbox, they are truncated; this
+/// occurs in segments and at the start of a transfer, which contains the total length.
 pub fn write(mailbox: &mut [u8], counter: u8, service: u8, sdo: &Sdo<'_>) -> usize {
     let mut len = 8;
     let body = &mut mailbox[SDO_AT..];

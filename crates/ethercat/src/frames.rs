@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! EtherCAT frames: datagrams in an Ethernet frame, as sent and as returned.
 //!
-//! A subdevice changes a frame in place while it passes: data, working counters, counting addresses. So both sides work on the bytes
-//! themselves, and nothing here allocates.
+//! A subdevice modifies a frame in place as it passes: data, working counters, auto-increment addresses. Therefore both sides operate on
+//! the bytes themselves, and no function here allocates.
 
 /// EtherType of the frames.
 pub const ETHERTYPE: u16 = 0x88A4;
@@ -10,14 +10,14 @@ pub const ETHERTYPE: u16 = 0x88A4;
 pub const FRAME_MAX: usize = 1514;
 /// Minimum length of a frame, without its checksum.
 pub const FRAME_MIN: usize = 60;
-/// Offset of the datagrams: after the Ethernet and the EtherCAT header.
+/// Offset of the first datagram, after the Ethernet and EtherCAT headers.
 pub const DATAGRAMS: usize = 16;
-/// Bytes of a datagram in addition to its data: header and working counter.
+/// Overhead of a datagram in addition to its data: header and working counter, bytes.
 pub const OVERHEAD: usize = DATAGRAM_HEADER + 2;
 const DATAGRAM_HEADER: usize = 10;
 const LEN_MASK: u16 = 0x07FF;
 const MORE: u16 = 0x8000;
-/// Type of frames that carry datagrams, in the EtherCAT header.
+/// Type field in the EtherCAT header of frames that carry datagrams.
 const OF_DATAGRAMS: u16 = 0x1000;
 
 /// Command of a datagram.
@@ -25,29 +25,29 @@ const OF_DATAGRAMS: u16 = 0x1000;
 #[repr(u8)]
 pub enum Command {
     Nop = 0,
-    /// Access by position: read, write, both.
+    /// Auto-increment (position) access: read, write, both.
     PositionRead = 1,
     PositionWrite = 2,
     PositionReadWrite = 3,
-    /// Access by station address.
+    /// Configured station address access.
     StationRead = 4,
     StationWrite = 5,
     StationReadWrite = 6,
-    /// Access to every subdevice.
+    /// Broadcast access to all subdevices.
     AllRead = 7,
     AllWrite = 8,
     AllReadWrite = 9,
-    /// Access by logical address, through the FMMUs.
+    /// Logical access, through the FMMUs.
     LogicalRead = 10,
     LogicalWrite = 11,
     LogicalReadWrite = 12,
-    /// A subdevice reads, and those after it write.
+    /// One subdevice reads, and all subdevices after it write.
     PositionReadRestWrite = 13,
     StationReadRestWrite = 14,
 }
 
 impl Command {
-    /// Returns the command with that code.
+    /// Returns the command with this code.
     pub fn of(code: u8) -> Option<Command> {
         use Command::*;
         const ALL: [Command; 15] = [
@@ -85,7 +85,7 @@ pub enum MalformedFrame {
 pub struct Datagram {
     pub command: Command,
     pub index: u8,
-    /// Position or station and memory address, or the logical address.
+    /// Position or station address and memory address, or logical address.
     pub address: u32,
     /// Offset of the datagram's header.
     pub at: usize,
@@ -108,7 +108,7 @@ impl Datagram {
         &mut frame[self.data_at()..self.data_at() + self.len]
     }
 
-    /// Returns the working counter: a count of the subdevices that executed the datagram.
+    /// Returns the working counter, which counts the subdevices that executed the datagram.
     pub fn working_counter(&self, frame: &[u8]) -> u16 {
         u16_at(frame, self.data_at() + self.len)
     }
@@ -122,7 +122,7 @@ impl Datagram {
     }
 }
 
-/// The datagrams of a frame, one after another.
+/// Iterator over the datagrams of a frame.
 pub struct Datagrams<'a> {
     frame: &'a [u8],
     at: usize,
@@ -133,7 +133,7 @@ pub struct Datagrams<'a> {
 /// Parses the headers of a frame.
 ///
 /// # Errors
-/// Fails if it is not an EtherCAT frame, or is shorter than its header states.
+/// Fails if it is not an EtherCAT frame or is shorter than its header states.
 pub fn datagrams(frame: &[u8]) -> Result<Datagrams<'_>, MalformedFrame> {
     if frame.len() < DATAGRAMS {
         return Err(MalformedFrame::Short);
@@ -180,7 +180,7 @@ impl Datagrams<'_> {
 /// Returns the datagram at an offset, and whether another one follows it.
 ///
 /// # Errors
-/// Fails if the bytes end before it does, or if it has an unknown command.
+/// Fails if the bytes end before the datagram does, or if its command is unknown.
 pub fn datagram_at(frame: &[u8], at: usize) -> Result<(Datagram, bool), MalformedFrame> {
     if at + OVERHEAD > frame.len() {
         return Err(MalformedFrame::Short);
@@ -202,7 +202,7 @@ pub struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    /// Starts an empty frame from this station to all.
+    /// Starts an empty frame from this station to all subdevices.
     pub fn new(frame: &'a mut [u8; FRAME_MAX], source: [u8; 6]) -> Builder<'a> {
         frame[..6].fill(0xFF);
         frame[6..12].copy_from_slice(&source);
@@ -210,7 +210,7 @@ impl<'a> Builder<'a> {
         Builder { frame, end: DATAGRAMS, last: None }
     }
 
-    /// Adds a datagram whose data are zero; returns `None` if there is no room.
+    /// Adds a datagram whose data are zero; returns `None` if the frame is full.
     pub fn add(&mut self, command: Command, index: u8, address: u32, len: usize) -> Option<Datagram> {
         let (at, end) = (self.end, self.end + OVERHEAD + len);
         if end > FRAME_MAX {
@@ -228,7 +228,7 @@ impl<'a> Builder<'a> {
         Some(Datagram { command, index, address, at, len })
     }
 
-    /// Stores the length; returns the number of bytes to be sent.
+    /// Stores the length; returns the number of bytes to send.
     pub fn finish(self) -> usize {
         let header = OF_DATAGRAMS | (self.end - DATAGRAMS) as u16;
         put(self.frame, 14, &header.to_le_bytes());
@@ -238,13 +238,13 @@ impl<'a> Builder<'a> {
     }
 }
 
-/// Returns the address of a subdevice, by position on the line or station address, and of its memory.
+/// Returns the address of a memory location in a subdevice, which is identified by its position on the line or its station address.
 pub fn at(device: u16, memory: u16) -> u32 {
     u32::from(device) | u32::from(memory) << 16
 }
 
-/// Returns the address of the subdevice at this position of the line: each subdevice that a frame passes increments it, and the one that
-/// sees 0 is addressed.
+/// Returns the auto-increment address of the subdevice at this position on the line. Each subdevice that a frame passes increments it;
+/// the subdevice that receives 0 is addressed.
 pub fn position(index: usize) -> u16 {
     0u16.wrapping_sub(index as u16)
 }

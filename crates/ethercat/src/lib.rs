@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! EtherCAT: drives by CiA 402 as axes, and an emulated segment that replaces them.
+//! EtherCAT: CiA 402 drives as axes, and an emulated segment that replaces them.
 //!
 //! | | |
 //! |---|---|
-//! | [`frames`], [`coe`], [`sii`], [`registers`] | frames, mailbox messages, EEPROM contents, addresses: functions over bytes |
-//! | [`states`], [`cia402`] | states and errors by name, of the bus and of its drives |
+//! | [`frames`], [`coe`], [`sii`], [`registers`] | frames, mailbox messages, EEPROM contents, addresses: functions on bytes |
+//! | [`states`], [`cia402`] | names of the states and errors of the bus and its drives |
 //! | [`link`] | carriers of frames |
 //! | [`main_device`] | brings subdevices to OP and exchanges their process data |
 //! | [`DRIVER`] | the driver `ethercat`: an axis for each drive |

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Carrier of frames: a network interface, or a local socket between processes that needs no rights.
+//! Carrier of frames: a network interface, or a local socket between processes, which needs no privileges.
 //!
-//! `eth0` is the interface of that name, with a raw socket, which needs `CAP_NET_RAW`. `local:NAME` is a socket of this machine on which
-//! an emulated segment answers.
+//! `eth0` is the interface with that name, used through a raw socket, which needs `CAP_NET_RAW`. `local:NAME` is a socket on this machine
+//! on which an emulated segment answers.
 use crate::frames::ETHERTYPE;
 use forks::Device;
 use std::ffi::CString;
@@ -11,20 +11,20 @@ use std::mem::{size_of, zeroed};
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
 use std::time::Duration;
 
-/// End of a line. It never waits unless [`Link::wait`] is called, and never allocates after it has been opened.
+/// Endpoint of a line. Never blocks except in [`Link::wait`], and never allocates after it was opened.
 pub struct Link {
     socket: Device<OwnedFd>,
     name: String,
 }
 
-/// Prefix of the name of a local socket.
+/// Prefix of local socket names.
 const LOCAL: &str = "local:";
 
 impl Link {
-    /// Opens the end of a main device.
+    /// Opens the endpoint of a main device.
     ///
     /// # Errors
-    /// Fails if there is no such interface, or no right to use it, or no segment answers on that local socket.
+    /// Fails if the interface does not exist, if the process lacks the privileges to use it, or if no segment answers on the local socket.
     pub fn open(name: &str) -> io::Result<Link> {
         match name.strip_prefix(LOCAL) {
             None => Link::raw(name),
@@ -40,10 +40,10 @@ impl Link {
         }
     }
 
-    /// Opens the end of a segment.
+    /// Opens the endpoint of a segment.
     ///
     /// # Errors
-    /// Fails as [`Link::open`] does, and if the name of a local socket is taken.
+    /// Fails as [`Link::open`] does, and if the name of a local socket is already in use.
     pub fn answering(name: &str) -> io::Result<Link> {
         match name.strip_prefix(LOCAL) {
             None => Link::raw(name),
@@ -90,17 +90,17 @@ impl Link {
         &self.name
     }
 
-    /// Sends a frame as a whole, or not at all. Real-time safe.
+    /// Sends a frame completely or not at all. Real-time safe.
     ///
     /// # Errors
-    /// Fails if the interface is down, or its queue is full.
+    /// Fails if the interface is down or its queue is full.
     pub fn send(&self, frame: &[u8]) -> io::Result<()> {
         // SAFETY: the bytes are owned by us during the call.
         let sent = unsafe { libc::send(self.socket.as_raw_fd(), frame.as_ptr().cast(), frame.len(), libc::MSG_DONTWAIT | libc::MSG_NOSIGNAL) };
         if sent < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
     }
 
-    /// Receives a frame, or returns `None` if none has arrived. Real-time safe.
+    /// Receives a frame; returns `None` if none has arrived. Real-time safe.
     ///
     /// # Errors
     /// Fails if the interface is down.
@@ -119,7 +119,7 @@ impl Link {
         there(received)
     }
 
-    /// Sends a frame back. It is not an error if the receiver has disconnected.
+    /// Sends a frame back. Does nothing if the receiver has disconnected.
     pub(crate) fn answer(&self, frame: &[u8], to: &Sender) {
         if !self.name.starts_with(LOCAL) {
             return drop(self.send(frame));
@@ -129,7 +129,7 @@ impl Link {
         unsafe { libc::sendto(socket, bytes, frame.len(), libc::MSG_DONTWAIT | libc::MSG_NOSIGNAL, (&raw const to.address).cast(), to.len) };
     }
 
-    /// Waits until a frame arrives, or for this time; returns false if none has arrived.
+    /// Waits until a frame arrives, but at most for this time; returns false if none has arrived.
     pub fn wait(&self, time: Duration) -> bool {
         let mut poll = libc::pollfd { fd: self.socket.as_raw_fd(), events: libc::POLLIN, revents: 0 };
         let time_ms = time.as_nanos().div_ceil(1_000_000).min(1_000_000) as i32;
@@ -165,7 +165,7 @@ fn check(returned: i32) -> io::Result<i32> {
     if returned < 0 { Err(io::Error::last_os_error()) } else { Ok(returned) }
 }
 
-/// Returns an abstract name, which exists as long as its socket and has no file.
+/// Returns an abstract socket address, which exists as long as its socket and has no file.
 fn local_address(name: &str) -> (libc::sockaddr_un, usize) {
     let text = format!("\0opengpac-ethercat-{name}");
     let to = address(&text);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! States of a subdevice and its errors, by name.
+//! States of a subdevice and their names, and names of its errors.
 use std::fmt;
 
-/// State of a subdevice's application layer.
+/// State of a subdevice in the EtherCAT state machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum State {
     Init = 1,
@@ -12,11 +12,12 @@ pub enum State {
     Op = 8,
 }
 
-/// Flag in addition to a state: the subdevice did not execute the request; see its status code. In a request it acknowledges the error.
+/// Flag in addition to a state: the subdevice did not execute the request, for the reason in its status code. In a request, it
+/// acknowledges the error.
 pub const ERROR: u16 = 0x10;
 
 impl State {
-    /// Returns the state in the low four bits of a register.
+    /// Returns the state encoded in the low four bits of a register.
     pub fn of(register: u16) -> Option<State> {
         [State::Init, State::PreOp, State::Boot, State::SafeOp, State::Op].into_iter().find(|state| *state as u16 == register & 0x0F)
     }
@@ -34,7 +35,7 @@ impl fmt::Display for State {
     }
 }
 
-/// Returns the text of a state register, and of its code if it has an error.
+/// Describes the value of a state register, and its status code if it has the error flag.
 pub fn describe(status: u16, code: u16) -> String {
     let state = State::of(status).map_or_else(|| format!("state {:#06x}", status & 0x0F), |state| state.to_string());
     if status & ERROR == 0 { state } else { format!("{state} with error {code:#06x}, {}", code_name(code)) }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Descriptors of devices, which forked children do not inherit.
 //!
-//! A child made by `fork()` has copies of all descriptors. While it lives, a serial line stays locked, a connection stays open for its
-//! other end, and a bus has a second socket: the parent can neither close nor reopen its devices. The handler in the child replaces each
-//! with `/dev/null`. It does not close them, because the child would open its own files under the same numbers, which the drivers in its
-//! memory could then access.
+//! A child created by `fork()` has copies of all descriptors. While it lives, a serial line stays locked, a connection stays open for the
+//! other side, and a bus has a second socket: the parent can neither close nor reopen its devices. The handler in the child replaces each
+//! descriptor with `/dev/null`. It does not close them, because the child would then open its own files under the same numbers, which the
+//! drivers in its memory could access.
 use crate::claim_process;
 use std::fs::File;
 use std::io::{Read, Result, Write};
@@ -12,17 +12,18 @@ use std::ops::{Deref, DerefMut};
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, IntoRawFd, RawFd};
 use std::sync::atomic::{AtomicI32, Ordering};
 
-/// Maximum number of descriptors kept from children. Any further ones stay open in them.
+/// Maximum number of descriptors kept from children. Any others stay open in them.
 const DEVICES_MAX: usize = 1024;
 
 /// Number of a child's descriptors that are checked; duplicates with higher numbers stay open.
 const DESCRIPTORS_MAX: RawFd = 4096;
 
 const FREE: i32 = -1;
-/// Slot whose owner has not written its descriptor yet.
+/// Marks a slot whose owner has not written its descriptor yet.
 const TAKEN: i32 = -2;
 
-/// Read by the handler in the child, where no lock can be taken. A slot belongs to the [`Device`] that has claimed it.
+/// Slots for descriptors, read by the handler in the child, which must not take a lock. A slot belongs to the [`Device`] that has claimed
+/// it.
 static DEVICES: [AtomicI32; DEVICES_MAX] = [const { AtomicI32::new(FREE) }; DEVICES_MAX];
 
 /// Descriptor of `/dev/null`, which replaces each device; [`FREE`] until the process has opened it.
@@ -36,7 +37,7 @@ pub struct Device<T: AsRawFd> {
 }
 
 impl<T: AsRawFd> Device<T> {
-    /// Keeps a descriptor from children forked after this call. Not for the real-time path.
+    /// Keeps a descriptor out of children forked after this call. Not for the real-time path.
     pub fn new(inner: T) -> Device<T> {
         claim_process();
         open_null();
@@ -112,7 +113,7 @@ fn open_null() {
     }
 }
 
-/// Returns an identity that all descriptors of one file share, and no other file has.
+/// Returns an identity that is shared by all descriptors of a file, and by no other file.
 fn identity(descriptor: RawFd) -> Option<(libc::dev_t, libc::ino_t)> {
     // SAFETY: all zeros is a value of this struct of numbers, and the call writes one.
     unsafe {
@@ -121,7 +122,7 @@ fn identity(descriptor: RawFd) -> Option<(libc::dev_t, libc::ino_t)> {
     }
 }
 
-/// Replaces each device, and each duplicate (such as a guard's), with `/dev/null`. Runs in the child, before `fork()` returns there.
+/// Replaces each device, and each duplicate (such as a guard's), with `/dev/null`. Runs in the child, before `fork()` returns in it.
 pub(crate) fn leave() {
     let null = NULL.load(Ordering::Acquire);
     // A child of a child finds it there already. It is not a device, and other descriptors of the process may refer to it.

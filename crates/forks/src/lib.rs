@@ -4,14 +4,14 @@
 //! A fork copies the calling thread, with all memory and descriptors. If that thread runs blocks or drives a device, the copy would fire,
 //! command and publish in parallel with the original. Four barriers prevent this:
 //!
-//! | barrier | where it acts |
+//! | barrier | effect |
 //! |---|---|
-//! | [`bind_thread`] | a child that a bound thread makes by `fork()` ends before `fork()` returns there |
-//! | [`UnforkedMemory`], [`keep_from_children`] | memory that the child does not have: its first access ends it, however it was made |
-//! | [`Device`] | a descriptor that a child made by `fork()` finds replaced with `/dev/null` |
+//! | [`bind_thread`] | a child that a bound thread creates by `fork()` exits before `fork()` returns in it |
+//! | [`UnforkedMemory`], [`keep_from_children`] | memory that the child does not have: its first access ends it, however it was created |
+//! | [`Device`] | a descriptor that is replaced with `/dev/null` in a child created by `fork()` |
 //! | [`end_if_child`] | one load of a word that the operating system sets to 0 in every child, before a device or another process is accessed |
 //!
-//! Memory and the word also work for `clone` and `SYS_fork`, which call no handlers. None of the four detects `vfork()`, whose child
+//! The memory and the word also work for `clone` and `SYS_fork`, which call no handlers. None of the four detects `vfork()`, whose child
 //! shares all memory.
 #[cfg(not(target_os = "linux"))]
 compile_error!("this crate tells children from their parents by MADV_WIPEONFORK, which only Linux has");
@@ -37,7 +37,7 @@ unsafe extern "C" {
 /// Value of the word in the process that has claimed it.
 const HERE: u32 = 1;
 
-/// Word of a process that has claimed nothing, and so is never a child.
+/// Word of a process that has not claimed itself, and so never counts as a child.
 static UNCLAIMED: AtomicU32 = AtomicU32::new(HERE);
 
 static WORD: AtomicPtr<AtomicU32> = AtomicPtr::new((&raw const UNCLAIMED).cast_mut());
@@ -46,8 +46,8 @@ thread_local! {
     static IS_BOUND: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Marks the calling process as the original, so that its children can be recognised. Idempotent; in a forked child, makes the child an
-/// original itself. Not for the real-time path.
+/// Marks the calling process as the original, so that its children can be recognised. Idempotent. In a forked child, makes the child an
+/// original in its turn. Not for the real-time path.
 pub fn claim_process() {
     static CLAIMED: OnceLock<()> = OnceLock::new();
     CLAIMED.get_or_init(|| {
@@ -60,7 +60,7 @@ pub fn claim_process() {
     word().store(HERE, Ordering::Release);
 }
 
-/// Returns the word that is 0 in every child of this process, for C code. It exists as long as the process.
+/// Returns the word that is 0 in every child of this process, for C code. It is valid for the lifetime of the process.
 pub fn word() -> &'static AtomicU32 {
     // SAFETY: the page is never unmapped, and the static lives as long as the program.
     unsafe { &*WORD.load(Ordering::Relaxed) }
@@ -72,7 +72,7 @@ pub fn is_child() -> bool {
     word().load(Ordering::Relaxed) != HERE
 }
 
-/// Ends this process immediately if it was forked from one that had claimed itself. Otherwise costs one load of a cached word.
+/// Ends this process immediately if it was forked from one that had claimed itself. Otherwise costs only one load of a cached word.
 #[inline]
 pub fn end_if_child() {
     if is_child() {
@@ -86,14 +86,14 @@ fn end_child() -> ! {
     unsafe { libc::_exit(ENDED) }
 }
 
-/// Binds the calling thread to its process: a child that it forks ends before it runs any of our code. For threads that run blocks or
-/// drivers.
+/// Binds the calling thread to its process: a child that it forks exits before running any code of this program. For threads that run
+/// blocks or drivers.
 pub fn bind_thread() {
     claim_process();
     IS_BOUND.set(true);
 }
 
-/// Runs in each child made by `fork()`, in its only thread.
+/// Handler that runs in each child created by `fork()`, in its only thread.
 unsafe extern "C" fn in_the_child() {
     if IS_BOUND.get() {
         end_child();

@@ -25,7 +25,7 @@ impl UnforkedMemory {
         Some(UnforkedMemory { start, len })
     }
 
-    /// Returns the address of its first byte.
+    /// Returns the address of the first byte.
     pub fn start(&self) -> *mut u8 {
         self.start.as_ptr()
     }
@@ -38,7 +38,7 @@ impl Drop for UnforkedMemory {
     }
 }
 
-/// Keeps the pages of a mapping from children forked later: an access there ends the child with SIGSEGV.
+/// Keeps the pages of a mapping from children forked later: an access to them ends the child with SIGSEGV.
 ///
 /// # Safety
 /// `start` is the first byte of a mapping of `len` bytes that is the caller's own.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! CANopen from arbitrary bytes: frames of a socket, answers of SDO servers, data sheets and an emulated bus.
+//! CANopen fuzz targets: frames of a socket, responses of SDO servers, electronic data sheets and an emulated bus.
 use canopen::eds::Eds;
 use canopen::emulator::{Bus, NodeOptions, Terminals};
 use canopen::frame::{self, Came, FRAME_LEN, Frame};
@@ -10,7 +10,7 @@ use cia402::Entry;
 /// Exclusive upper bound of the length of a written value.
 const VALUE_MAX: usize = 64;
 
-/// Fuzzes the part that the first byte selects with the remaining bytes.
+/// Fuzzes the part selected by the first byte with the remaining bytes.
 pub(crate) fn canopen(bytes: &[u8]) {
     match bytes.split_first() {
         Some((0, rest)) => socket(rest),
@@ -21,7 +21,7 @@ pub(crate) fn canopen(bytes: &[u8]) {
     }
 }
 
-/// Checks that a frame that was read encodes to the same frame.
+/// Checks that a decoded frame encodes to the same bytes.
 fn socket(bytes: &[u8]) {
     for piece in bytes.chunks(FRAME_LEN) {
         let Came::Frame(read) = frame::read(piece) else { continue };
@@ -30,7 +30,7 @@ fn socket(bytes: &[u8]) {
     }
 }
 
-/// Fuzzes SDO transfers: a length and a value to write, then answers of 8 bytes each to the write and to a read. Checks that a transfer
+/// Fuzzes SDO transfers: a length and a value to write, then responses of 8 bytes each to the write and to a read. Checks that a transfer
 /// that has ended stays ended.
 fn answers(bytes: &[u8]) {
     let Some((len, rest)) = bytes.split_first() else { return };
@@ -46,7 +46,7 @@ fn answers(bytes: &[u8]) {
     }
 }
 
-/// Checks that each object of a data sheet is found at its entry.
+/// Checks that each object of an electronic data sheet is found under its index.
 fn data_sheet(bytes: &[u8]) {
     let Ok(eds) = Eds::read(bytes) else { return };
     for (of, object) in eds.objects() {
@@ -56,7 +56,7 @@ fn data_sheet(bytes: &[u8]) {
     let _ = (eds.mapping(0x1600, 5), eds.mapping(0x1A00, 127));
 }
 
-/// Sends frames of an identifier, a length and data, a millisecond apart, on a bus with a drive and a module.
+/// Sends frames, each given as an identifier, a length and data, one millisecond apart, on a bus with a drive and a module.
 fn bus(bytes: &[u8]) {
     let drive = NodeOptions { name: "x".into(), node: 5, ..NodeOptions::default() };
     let module =

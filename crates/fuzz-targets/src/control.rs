@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The control interface over its Unix socket: requests, frames of a stream, and bytes that are neither. Each input gets a system under
-//! the virtual clock and a session that commands it.
+//! Fuzz target for the control interface over its Unix socket: requests, frames of a stream, and bytes that are neither. Each input gets
+//! a system under the virtual clock and a session that commands it.
 use crate::exchange::{Answer, Socket};
 use crate::schema::misfit;
 use control::{Options, Server};
@@ -12,11 +12,11 @@ use std::sync::{Arc, OnceLock};
 use supervisor::System;
 
 /// Runs pieces separated by empty lines, each of which is one of
-/// - `METHOD PATH` and, from the next line on, a body; a `-` before it makes the request without the session;
-/// - `ws` and, from the next line on, a frame of the stream in each line;
+/// - `METHOD PATH` and, from the next line on, a body; with a `-` before it, the request is made without the session;
+/// - `ws` and, from the next line on, one stream frame per line;
 /// - `raw` and, from the next line on, bytes that are sent unchanged.
 ///
-/// Checks that every request gets an answer that fits its schema, and that nothing panics.
+/// Checks that every request gets an answer that matches its schema, and that nothing panics.
 pub(crate) fn control(bytes: &[u8]) {
     let rig = Rig::new();
     for piece in pieces(bytes) {
@@ -29,9 +29,9 @@ pub(crate) fn control(bytes: &[u8]) {
     }
 }
 
-/// System behind the socket, and its session.
+/// System behind the socket, with its session.
 struct Rig {
-    /// Stopped before the folder is removed.
+    /// Server, which is stopped before the folder is removed.
     server: Option<Server>,
     folder: PathBuf,
     session: String,
@@ -55,7 +55,7 @@ impl Rig {
         Socket(self.folder.join("s"))
     }
 
-    /// Makes one request and checks that its answer fits its schema.
+    /// Makes one request and checks that its answer matches its schema.
     fn request(&self, head: &[u8], body: &[u8]) {
         let Some((is_ours, method, path)) = std::str::from_utf8(head).ok().and_then(understood) else { return };
         let call = path.strip_prefix("/v1/call/").and_then(find);
@@ -94,9 +94,9 @@ fn system() -> Arc<System> {
     Arc::new(system)
 }
 
-/// Returns whether the session makes the request, its method, and its path. Returns `None` for bytes that HTTP does not carry (`raw`
-/// sends these), for held requests, which are answered only at the end of their session, and for modules, whose compilation is not fuzzed
-/// here.
+/// Parses the head of a request: returns true if the session makes it, its method, and its path. Returns `None` for bytes that HTTP
+/// cannot carry (`raw` sends these), for held requests, which are answered only at the end of their session, and for modules, whose
+/// compilation is not fuzzed here.
 fn understood(head: &str) -> Option<(bool, &str, &str)> {
     let (is_ours, head) = head.strip_prefix('-').map_or((true, head), |head| (false, head));
     let (method, path) = head.split_once(' ')?;
@@ -106,7 +106,7 @@ fn understood(head: &str) -> Option<(bool, &str, &str)> {
     (is_method && is_path && !is_apart).then_some((is_ours, method, path))
 }
 
-/// Shortens long requests to one millisecond, unless the input sets a time.
+/// Shortens long-running requests to one millisecond, unless the input sets a time.
 fn shortened(body: &[u8]) -> Vec<u8> {
     match serde_json::from_slice(body) {
         Ok(Json::Object(mut arguments)) => {
@@ -143,7 +143,7 @@ fn judge_errors(path: &str, body: &Json) {
     assert!(!errors.is_empty() && errors.iter().all(|error| error["message"].as_str().is_some_and(|text| !text.is_empty())), "{path}: {body}");
 }
 
-/// Checks a frame of the server: a notification of a subscription, or errors.
+/// Checks a frame sent by the server: a notification of a subscription, or errors.
 fn judge_frame(frame: &Json) {
     if frame.get("errors").is_some() {
         return judge_errors("stream", frame);
@@ -171,7 +171,7 @@ fn pieces(mut bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
     })
 }
 
-/// Returns the bytes before the first occurrence of `at` and the bytes after it; all bytes if it does not occur.
+/// Returns the bytes before the first occurrence of `at` and the bytes after it; if it does not occur, all bytes and an empty slice.
 fn split<'a>(bytes: &'a [u8], at: &[u8]) -> (&'a [u8], &'a [u8]) {
     let place = bytes.windows(at.len()).position(|window| window == at);
     place.map_or((bytes, &[]), |place| (&bytes[..place], &bytes[place + at.len()..]))

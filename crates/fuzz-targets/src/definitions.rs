@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Definitions and applications as a programming system sends them, checked against a small cell.
+//! Definitions and applications as sent by a programming system, checked against a small cell.
 use model::configuration::Configuration;
 use model::definition::{Application, Graph, Verb};
 use model::{CheckedVerb, Composition, apply, check_graph, compose};
@@ -14,8 +14,8 @@ struct SentDefinitions {
     composition: Option<Composition>,
 }
 
-/// Fuzzes JSON with a verb and its application, a graph, or a composition. A refusal has a reason; a verb that went through JSON again is
-/// the same, and is accepted or refused as before.
+/// Fuzzes JSON with a verb and its application, a graph, or a composition. Checks that a refusal has a reason, and that a verb that was
+/// converted to JSON and back is unchanged and is accepted or refused as before.
 pub(crate) fn definitions(bytes: &[u8]) {
     let Ok(sent) = serde_json::from_slice::<SentDefinitions>(bytes) else { return };
     if let Some(graph) = &sent.graph {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! EtherCAT from arbitrary bytes: datagrams on a line, mailboxes and EEPROMs.
+//! EtherCAT fuzz targets: datagrams on a segment, mailboxes and EEPROMs.
 use ethercat::coe;
 use ethercat::emulator::{DriveOptions, Segment};
 use ethercat::frames::{DATAGRAMS, FRAME_MAX};
 use ethercat::sii;
 
-/// Fuzzes the part that the first byte selects with the remaining bytes.
+/// Fuzzes the part selected by the first byte with the remaining bytes.
 pub(crate) fn ethercat(bytes: &[u8]) {
     match bytes.split_first() {
         Some((0, rest)) => line(rest),
@@ -15,7 +15,8 @@ pub(crate) fn ethercat(bytes: &[u8]) {
     }
 }
 
-/// Passes datagrams through a line of two drives. Each piece is a length and datagrams, which get the headers of a frame.
+/// Passes datagrams through a segment of two drives. Each piece is a length followed by datagrams, to which the headers of a frame are
+/// added.
 fn line(mut bytes: &[u8]) {
     let drive = |name: &str| DriveOptions { name: name.into(), limits: Some([-1e4, 1e4]), ..DriveOptions::default() };
     let mut segment = Segment::new(&[drive("a"), drive("b")]);
@@ -33,7 +34,7 @@ fn line(mut bytes: &[u8]) {
     }
 }
 
-/// Checks that a message that was read can be written and read again.
+/// Checks that a decoded message can be encoded and decoded again.
 fn mailbox(bytes: &[u8]) {
     let Some(message) = coe::message(bytes) else { return };
     let read = if message.service == coe::REQUEST { coe::request(message.body) } else { coe::response(message.body) };
@@ -45,7 +46,7 @@ fn mailbox(bytes: &[u8]) {
     assert_eq!((again.counter, again.service, read), (message.counter, message.service, Some(sdo)));
 }
 
-/// Checks that a request for bytes exceeds those present, and that contents that were read survive a write and a second read.
+/// Checks that a request for more bytes always exceeds the bytes present, and that decoded contents survive encoding and decoding again.
 fn eeprom(bytes: &[u8]) {
     assert!(sii::wanted(bytes).is_none_or(|wanted| wanted > bytes.len()));
     let Some(contents) = sii::parse(bytes) else { return };

@@ -7,7 +7,7 @@ use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Time limit for an answer, which detects calls that hang, not slow ones.
+/// Time limit for an answer, which is exceeded only by calls that hang.
 const ANSWER: Duration = Duration::from_secs(8);
 /// Time for which subscriptions are read.
 const LISTEN: Duration = Duration::from_millis(4);
@@ -64,7 +64,7 @@ impl Socket {
         }
     }
 
-    /// Opens a stream and sends a frame for each line; returns the texts that arrive.
+    /// Opens a stream and sends one frame per line; returns the texts received.
     pub fn stream(&self, lines: &[u8]) -> Vec<Json> {
         let mut stream = self.connect();
         let upgrade = b"GET /v1/stream HTTP/1.1\r\nhost: localhost\r\nconnection: upgrade\r\nupgrade: websocket\r\n\
@@ -95,7 +95,7 @@ impl Socket {
     }
 }
 
-/// Returns a complete frame of a client, with a mask of zeros.
+/// Returns a complete client frame, with a mask of zeros.
 fn framed(kind: u8, payload: &[u8]) -> Vec<u8> {
     let len = u16::try_from(payload.len()).unwrap_or(u16::MAX);
     let mut frame = vec![0x80 | kind, 0x80 | 126];
@@ -110,7 +110,7 @@ fn framed(kind: u8, payload: &[u8]) -> Vec<u8> {
     frame
 }
 
-/// Returns the next frame of the server; `None` after the last.
+/// Returns the next frame from the server; `None` after the last one.
 fn received(stream: &mut UnixStream) -> Option<(u8, Vec<u8>)> {
     let mut head = [0; 2];
     stream.read_exact(&mut head).ok()?;

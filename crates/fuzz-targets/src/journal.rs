@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The journal of a daemon: a file that a crash, an editor or a disk may have changed.
+//! Fuzz target for a daemon's journal, which is a file that a crash, an editor or a disk may have altered.
 use daemon::journal::ledger::Ledger;
 use daemon::journal::lines::{self, Line};
 
-/// Checks that a journal that was read is written and read again as the same lines, and that the lines kept by its ledger give the same
+/// Checks that a parsed journal is written and parsed again as the same lines, and that the lines kept by its ledger yield the same
 /// ledger.
 pub(crate) fn journal(bytes: &[u8]) {
     let Ok(read) = lines::read(bytes) else { return };

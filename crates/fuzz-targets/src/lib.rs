@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fuzz targets for the readers of foreign bytes, one function each. For any bytes, a target neither panics nor accepts input that it
-//! would write differently. `fuzz/` drives them with libFuzzer; the tests here replay the corpus and mutate it at random.
+//! Fuzz targets for the parsers of untrusted bytes, one function each. For arbitrary bytes, a target neither panics nor accepts input
+//! that it would encode differently. `fuzz/` drives them with libFuzzer; the tests here replay the corpus and mutate it at random.
 mod canopen;
 mod control;
 mod definitions;
@@ -15,7 +15,7 @@ mod scripts;
 use indexmap::IndexMap;
 use model::types::Type;
 
-/// Function that takes any bytes.
+/// Function that takes arbitrary bytes.
 pub type Target = fn(&[u8]);
 
 /// All targets by name, which is also the name of their folder in `corpus`.
@@ -37,8 +37,8 @@ pub const TARGETS: &[(&str, Target)] = &[
     ("rtde", drivers::any_bytes::rtde),
 ];
 
-/// Fuzzes the type parser with a declaration and, on each further line, `name declaration` of a type that it may use. Checks that a type
-/// that was read is read again as the same type.
+/// Fuzzes the type parser with a declaration and, on each further line, `name declaration` of a type that it may use. Checks that a
+/// parsed type is parsed again as the same type.
 fn types(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
     let mut lines = text.lines();
@@ -56,7 +56,7 @@ fn types(bytes: &[u8]) {
     }
 }
 
-/// Fuzzes the reader of shared objects.
+/// Fuzzes the parser of shared objects.
 fn modules(bytes: &[u8]) {
     let _ = modules::elf::check(bytes);
 }

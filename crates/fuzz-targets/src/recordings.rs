@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The reader of MCAP files: recordings and records for replay that a user opens.
+//! Fuzz target for the MCAP reader: recordings, and records for replay, that a user opens.
 use mcap::{Reader, Record, Unreadable};
 
-/// Checks that reading any file ends in exactly one way, and that the records of a truncated file are the first records of the whole
+/// Checks that reading any file ends in exactly one way, and that the records of a truncated file are the first records of the complete
 /// file.
 pub fn recordings(bytes: &[u8]) {
     let (whole, is_refused) = read(bytes);
@@ -12,7 +12,7 @@ pub fn recordings(bytes: &[u8]) {
     }
 }
 
-/// Returns every record as text, and whether the file was refused at some point.
+/// Returns all records as text, and true if the file was refused at any point.
 fn read(bytes: &[u8]) -> (Vec<String>, bool) {
     let mut records = Vec::new();
     let mut reader = match Reader::new(bytes) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Check of a value against a JSON Schema, as far as the schemas of the control interface go.
+//! Validates a value against a JSON Schema; limited to the features used by the schemas of the control interface.
 use serde_json::{Map, Value as Json};
 
-/// Returns the first mismatch with its path; `None` if the value fits. `root` contains the targets of references.
+/// Returns the first mismatch, with its path; `None` if the value is valid. `root` contains the targets of references.
 pub(crate) fn misfit(schema: &Json, value: &Json, root: &Json) -> Option<String> {
     let Json::Object(schema) = schema else {
         return (schema == &Json::Bool(false)).then(|| format!("{value} is not allowed"));

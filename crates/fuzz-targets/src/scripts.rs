@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Orders to a remote processor, and its reports: frames, and the scripts and tables in them.
+//! Fuzz targets for orders to a remote processor and its reports: frames, and the scripts and tables in them.
 use interconnect::{Carrier, Memory, Receiver, Sender};
 use kernel::{Device, Way};
 use opengpac::abi::Descriptor;
@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use std::fmt::Debug;
 use std::sync::{Arc, OnceLock};
 
-/// Fuzzes one frame to or from a processor. Checks that a frame that was understood is written and understood again as the same.
+/// Fuzzes one frame to or from a processor. Checks that a decoded frame is encoded and decoded again as the same frame.
 pub(crate) fn frames(bytes: &[u8]) {
     again::<Order>(bytes);
     again::<News>(bytes);
@@ -23,8 +23,8 @@ fn again<T: serde::Serialize + serde::de::DeserializeOwned + Debug>(bytes: &[u8]
     assert_eq!(format!("{first:?}"), format!("{second:?}"));
 }
 
-/// Fuzzes consecutive parcels of one host, each after its length in two bytes. Checks that the reader refuses inconsistent parcels with a
-/// message, and that the scripts it makes can be dropped.
+/// Fuzzes consecutive parcels of one host, each preceded by its two-byte length. Checks that the reader refuses inconsistent parcels with
+/// a message, and that the scripts that it creates can be dropped.
 pub(crate) fn parcels(mut bytes: &[u8]) {
     let (mut reader, mut ground) = (Reader::default(), Library);
     let mut scripts = Vec::new();

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The corpus of each fuzzer, as is and with random mutations: a few seconds of what `make faults` does for ten minutes each.
+//! Corpus of each fuzzer, unchanged and with random mutations: a few seconds of the work that `make faults` does for ten minutes per
+//! fuzzer.
 use fuzz_targets::{TARGETS, Target};
 use std::path::Path;
 
 /// Number of mutated inputs per target.
 const CHANGED: usize = 4_000;
-/// Number of mutated inputs for the control interface, each of which creates and serves a system.
+/// Number of mutated inputs for the control interface; fewer, because each creates and serves a system.
 const CHANGED_CONTROL: usize = 150;
 
 fn corpus(name: &str) -> Vec<Vec<u8>> {
@@ -15,7 +16,7 @@ fn corpus(name: &str) -> Vec<Vec<u8>> {
     files.iter().map(|file| std::fs::read(file).expect("it can be read")).collect()
 }
 
-/// Generator of pseudo-random numbers, the same on each run.
+/// Generator of pseudo-random numbers, which are the same in each run.
 struct NumberGenerator(u64);
 
 impl NumberGenerator {
@@ -27,7 +28,7 @@ impl NumberGenerator {
     }
 }
 
-/// Makes one to four changes: a byte or a bit changed, or a piece removed, repeated, or taken from another input.
+/// Makes one to four changes: modifies a byte or a bit, or removes, repeats or inserts a piece, possibly from another input.
 fn change(chosen: &mut NumberGenerator, corpus: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = corpus[chosen.below(corpus.len())].clone();
     for _ in 0..=chosen.below(4) {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Canary: a thread whose end indicates that its process is dying. For the operating system, a killed process has ended only after its
-//! memory has been freed, which takes tens of milliseconds if it is large and locked. Its threads end immediately.
+//! Canary: a thread whose exit indicates that its process is dying. To the operating system, a killed process has ended only after its
+//! memory has been freed, which takes tens of milliseconds if the memory is large and locked. Its threads exit immediately.
 //!
-//! The memory of the heart identifies the canary. If the operating system cannot wait for a thread (before Linux 6.9), the end of the
+//! The memory of the heart identifies the canary. If the operating system cannot wait for a thread (before Linux 6.9), the exit of the
 //! process is detected instead.
 use process_kit::Heartbeat;
 use process_kit::{ended, has_ended};
@@ -13,7 +13,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Priority above every kernel, so that it ends before anything else runs.
+/// Priority above every kernel, so that the canary exits before any other thread runs.
 const PRIORITY: u8 = 98;
 /// Flag of `pidfd_open` for a thread instead of a process.
 const PIDFD_THREAD: libc::c_long = libc::O_EXCL as libc::c_long;
@@ -45,7 +45,7 @@ impl Who {
     }
 }
 
-/// Guard value: while it lives, this thread is the canary of a heart.
+/// Guard value: during its lifetime, the thread that created it is the canary of a heart.
 pub(crate) struct Sings<'a>(&'a Heartbeat);
 
 impl Sings<'_> {
@@ -56,13 +56,13 @@ impl Sings<'_> {
 }
 
 impl Drop for Sings<'_> {
-    /// Ends the canary in an orderly way.
+    /// Ends the canary in an orderly way, so that its exit is not taken for the death of the process.
     fn drop(&mut self) {
         self.0.set_canary(0);
     }
 }
 
-/// Makes the canary of one heart the canary of another one, too.
+/// Makes the canary of one heart the canary of another heart too.
 pub(crate) fn share(of: &Heartbeat, with: &Heartbeat) {
     with.set_canary(of.canary());
 }
@@ -82,16 +82,16 @@ pub fn sing(heart: Arc<Heartbeat>) -> io::Result<()> {
     std::thread::Builder::new().name("canary".into()).spawn(body).map(drop)
 }
 
-/// Canary of a heart, as another process sees it.
+/// Canary of a heart, as seen by another process.
 #[derive(Debug, Default)]
 pub struct Canary {
-    /// Identity in the heart when last read, and the thread, if it can be waited for.
+    /// Identity last read from the heart, and the thread, if the operating system can wait for it.
     said: u64,
     thread: Option<Arc<OwnedFd>>,
 }
 
 impl Canary {
-    /// Reads the canary's identity; `process`: the process that it must belong to, if known.
+    /// Reads the canary's identity; `process`: the process to which the canary must belong, if known.
     pub fn look(&mut self, heart: &Heartbeat, process: Option<i32>) {
         let said = heart.canary();
         if said == self.said {
@@ -101,7 +101,7 @@ impl Canary {
         (self.said, self.thread) = (said, who.and_then(thread_of).map(Arc::new));
     }
 
-    /// Returns true, once, if it has ended without being asked to: its process is dying.
+    /// Returns true, once, if the canary has exited without being asked to: its process is dying.
     pub fn notice_dying(&mut self, heart: &Heartbeat) -> bool {
         let has_ended = self.thread.as_ref().is_some_and(|thread| has_ended(thread.as_fd()));
         if has_ended {
@@ -111,18 +111,18 @@ impl Canary {
         has_ended && heart.canary() == self.said
     }
 
-    /// Returns the descriptor to wait for.
+    /// Returns the descriptor to wait on.
     pub fn waits_for(&self) -> Option<BorrowedFd<'_>> {
         self.thread.as_ref().map(|thread| thread.as_fd())
     }
 
-    /// Returns the same descriptor, for a thread that waits without this value.
+    /// Returns the same descriptor, for a thread that waits on it without this value.
     pub fn thread(&self) -> Option<Arc<OwnedFd>> {
         self.thread.clone()
     }
 }
 
-/// Waits until the thread ends, at most `span`.
+/// Waits for at most `span` until the thread exits.
 pub fn wait(thread: &OwnedFd, span: Duration) {
     ended(thread.as_fd(), span);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Supervisor's side of the guard: two guard processes with the same registrations that act alike. While one of them is dead, stands
-//! still or is being replaced, the other one guards, even if the supervisor disappears meanwhile.
+//! The supervisor's side of the guard: two guard processes with the same registrations that act alike. While one of them is dead, has
+//! stalled or is being replaced, the other one guards, even if the supervisor disappears in the meantime.
 use crate::canary;
 use crate::guard_event::{FoundWard, GuardCommand, GuardError, GuardEvent};
 use crate::member::{Member, Tells};
@@ -16,15 +16,15 @@ use std::sync::Arc;
 
 /// The guard of one supervisor.
 ///
-/// Calls wait for the answers of both processes, some tens of microseconds; none may be made by a real-time thread, nor by the function
-/// that receives events, which must not drop the guard either. When it is dropped, both processes continue with their remaining
-/// registrations, and end if there are none.
+/// Calls wait for the answers of both processes, some tens of microseconds. They must not be made by a real-time thread, nor by the
+/// function that receives events, which must not drop the guard either. When the guard is dropped, both processes continue with their
+/// remaining registrations, and exit if there are none.
 pub struct Guard {
     members: [Member; 2],
     reports: Arc<Reports>,
 }
 
-/// Only one of the two members' watchers writes in addition to the guards: a third writer would add nothing.
+/// True for each member whose watcher writes in addition to the guards. One is enough: a second watcher would add nothing.
 const WATCHES: [bool; 2] = [true, false];
 
 fn no_descriptor(error: &io::Error) -> GuardError {
@@ -46,7 +46,7 @@ impl Guard {
     /// Starts the guard processes. `tell` is called from threads of this value.
     ///
     /// # Errors
-    /// [`GuardError`] if they cannot be started, or ended immediately.
+    /// [`GuardError`] if they cannot be started, or exited immediately.
     pub fn start(command: GuardCommand, tell: impl Fn(GuardEvent) + Send + Sync + 'static) -> Result<Guard, GuardError> {
         let reports = Arc::new(Reports::new(Box::new(tell)));
         let [first, second] = commands(command);
@@ -56,10 +56,10 @@ impl Guard {
     }
 
     /// Takes over the guard that listens at the path of `command`, with everything that it guards, from a supervisor that has exited. If
-    /// one of its processes has exited, too, another one is started with the registrations of the other.
+    /// one of the two processes has exited as well, another one is started with the registrations of the survivor.
     ///
     /// # Errors
-    /// [`GuardError`] if nobody listens there, or a process answers that is not a guard.
+    /// [`GuardError`] if no guard listens there, or a process answers that is not a guard.
     pub fn adopt(command: GuardCommand, tell: impl Fn(GuardEvent) + Send + Sync + 'static) -> Result<(Guard, Vec<FoundWard>), GuardError> {
         let reports = Arc::new(Reports::new(Box::new(tell)));
         let [first, second] = commands(command);
@@ -77,8 +77,8 @@ impl Guard {
         Ok((Guard { members, reports }, found))
     }
 
-    /// Starts guarding a process under a number chosen by the caller. With `heartbeat`, it also counts as lost when that stands still for
-    /// its bounds, from its first beat on. This process watches it in addition to the guard.
+    /// Starts guarding a process under a number chosen by the caller. With `heartbeat`, from its first beat on, the process also counts
+    /// as lost if its heart stalls for longer than its bounds allow. The supervisor watches the process in addition to the guard.
     ///
     /// # Errors
     /// [`GuardError`] if the number is in use, or the guard has exited.
@@ -86,8 +86,8 @@ impl Guard {
         self.add(ward, name, process, heartbeat, false)
     }
 
-    /// Guards this process itself, as [`Guard::watch`] guards another one. Only the guard watches it; if it merely stands still (stopped
-    /// in a debugger) its outputs are made safe and it is spared, provided that they latch.
+    /// Guards this process itself, as [`Guard::watch`] guards another one. Only the guard watches it. If it merely stalls (stopped in a
+    /// debugger, for example), its outputs are made safe and it is spared, provided that they latch.
     ///
     /// # Errors
     /// As for [`Guard::watch`].
@@ -108,7 +108,7 @@ impl Guard {
         })
     }
 
-    /// Returns descriptors of the hearts of the guard and of this supervisor, for a process that checks whether it is watched.
+    /// Returns descriptors of the heartbeats of the guard and of this supervisor, for a process that checks whether it is watched.
     ///
     /// # Errors
     /// Fails if no descriptors are left.
@@ -116,7 +116,7 @@ impl Guard {
         self.members[0].hearts().descriptors()
     }
 
-    /// Registers the safe handles of a device of that process, replacing earlier ones of that device.
+    /// Registers the safe handles of a device of that process, replacing the device's earlier ones.
     ///
     /// # Errors
     /// [`GuardError`] if there is no such process, or the guard has exited.
@@ -138,7 +138,7 @@ impl Guard {
         self.request(|registry| registry.release(ward, device))
     }
 
-    /// Unregisters a process that is about to end in an orderly way, or whose loss has been handled.
+    /// Unregisters a process that is about to exit in an orderly way, or whose loss has been handled.
     ///
     /// # Errors
     /// [`GuardError`] if the guard has exited.
@@ -146,19 +146,19 @@ impl Guard {
         self.request(|registry| registry.forget(ward))
     }
 
-    /// Returns the process IDs of the two, if this supervisor started them.
+    /// Returns the process IDs of the two guard processes, if this supervisor started them.
     pub fn pids(&self) -> [Option<i32>; 2] {
         self.members.each_ref().map(Member::pid)
     }
 
-    /// Returns the process IDs of the guards that stand in for a guard that is stopped, or has ended and has not been replaced yet. They
-    /// have been sent all registrations.
+    /// Returns the process IDs of the guards that stand in for a guard that is stopped, or has exited and has not been replaced yet. They
+    /// have received all registrations.
     pub fn stand_ins(&self) -> [Option<i32>; 2] {
         self.members.each_ref().map(Member::stand_in)
     }
 
-    /// Sends a request to both. It succeeds if one has carried it out: the other one has exited permanently, or receives it when it is
-    /// restarted.
+    /// Sends a request to both processes. Succeeds if one has carried it out: the other one has exited permanently, or receives the
+    /// request when it is restarted.
     fn request(&self, change: impl Fn(&mut Registry) -> Result<Request, String>) -> Result<(), GuardError> {
         let [first, second] = &self.members;
         match (first.request(&change), second.request(&change)) {
@@ -174,7 +174,7 @@ fn says(reports: &Arc<Reports>) -> Tells {
     Box::new(move |event| reports.hear(event))
 }
 
-/// Sends a guard the registrations that only the other one has: the supervisor may have exited between the two.
+/// Sends one guard the registrations that only the other one has, because the supervisor may have exited between the two requests.
 fn tell_unknown(from: &Member, to: &Member) -> Result<(), GuardError> {
     let unknown = from.registered(|from| to.registered(|to| from.unknown_to(to))).map_err(|error| no_descriptor(&error))?;
     for (ward, mut process, is_known) in unknown {

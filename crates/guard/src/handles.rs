@@ -13,14 +13,14 @@ const UNREAD: Duration = Duration::from_secs(5);
 #[derive(Serialize, Deserialize)]
 struct Text {
     device: String,
-    /// Writes of each handle, whose descriptor has the same index in the frame.
+    /// Writes of each handle. The handle's descriptor has the same index in the frame.
     writes: Vec<Vec<(u64, Vec<u8>)>>,
     /// True for each handle whose written values stay in force.
     latches: Vec<bool>,
 }
 
-/// Sends the safe handles of a device, at most [`DESCRIPTORS_MAX`]; an empty list if the device is closed. The link must carry nothing
-/// else.
+/// Sends the safe handles of a device, at most [`DESCRIPTORS_MAX`]; an empty list if the device is closed. The link must not carry
+/// anything else.
 ///
 /// # Errors
 /// [`LinkClosed`] if the other side has disconnected or does not read, or there are too many handles.
@@ -40,7 +40,7 @@ pub fn send_handles(link: &UnixLink, device: &str, handles: &[SafeHandle]) -> Re
 /// Returns the next device and its safe handles, for [`Guard::hold`](crate::Guard::hold); `None` if none arrived within `limit`.
 ///
 /// # Errors
-/// [`LinkClosed`] if the other side has disconnected, or the message does not contain handles of a device.
+/// [`LinkClosed`] if the other side has disconnected, or the message does not contain the handles of a device.
 pub fn receive_handles(link: &UnixLink, limit: Duration) -> Result<Option<(String, Vec<SafeHandle>)>, LinkClosed> {
     let Some((frame, descriptors)) = link.receive_with(limit)? else { return Ok(None) };
     match serde_json::from_slice::<Text>(&frame) {

@@ -4,8 +4,8 @@
 //!
 //! | | |
 //! |---|---|
-//! | [`Guard`] | the supervisor's side of both: registrations and events; `member.rs`: one of them, replaced when it exits; `standing_in.rs`: the one that guards meanwhile |
-//! | [`send_handles`], [`receive_handles`] | transfer of handles to the supervisor of a process, which registers them there |
+//! | [`Guard`] | the supervisor's side of both: registrations and events; `member.rs`: one of them, replaced when it exits; `standing_in.rs`: the one that guards in the meantime |
+//! | [`send_handles`], [`receive_handles`] | transfer of handles to the supervisor of a process, which registers them with the guard |
 //! | [`watch`] | the rules by which a process counts as lost, and the consequences: values without a clock, a thread or a descriptor |
 //! | [`make_safe`] | the writes of the guard, for the supervisor of a lost thread |
 //! | [`run`], [`serve`](serve::serve) | the guard process: one thread, one loop; `serve.rs`, `wards.rs`, `ward.rs` and `watch.rs` are all of it |

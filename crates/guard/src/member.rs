@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A guard process as the supervisor sees it: started, sent its registrations, and replaced by another one with all of
-//! them when it exits.
+//! A guard process as seen by the supervisor: it is started, receives the registrations and, when it exits, is replaced by another one
+//! with the same registrations.
 use crate::guard_event::{GuardCommand, GuardError, GuardEvent};
 use crate::messages::{Ask, HANDED_OVER, Loss, Tell};
 use crate::registry::{Registry, Request};
@@ -15,9 +15,9 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Limit on restarting a guard that died: a number of restarts within a time.
+/// Limit on restarting a guard that died: maximum number of restarts, and the time window.
 const RESTARTS: (u32, Duration) = (20, Duration::from_secs(10));
-/// Maximum time that a guard without registrations is given to end.
+/// Maximum time that a guard without registrations may take to exit.
 const GRACE: Duration = Duration::from_secs(2);
 /// Poll period while waiting for an answer.
 const LOOK: Duration = Duration::from_millis(100);
@@ -25,11 +25,11 @@ const LOOK: Duration = Duration::from_millis(100);
 /// Receiver of the guard's events.
 pub(crate) type Tells = Box<dyn Fn(GuardEvent) + Send + Sync>;
 
-/// A guard process of this supervisor. When it is dropped, the process continues with its remaining registrations, and ends if there are
-/// none.
+/// A guard process of this supervisor. When this value is dropped, the process continues with its remaining registrations, and exits if
+/// there are none.
 pub(crate) struct Member {
     shared: Arc<MemberState>,
-    /// Threads that receive from the guard, and that run the watcher.
+    /// Threads that receive messages from the guard and that run the watcher.
     threads: Vec<JoinHandle<()>>,
 }
 
@@ -46,17 +46,17 @@ struct State {
     /// Guard process; `None` if a previous supervisor started it.
     child: Option<Arc<Child>>,
     registry: Registry,
-    /// Thread that waits for changes of the child.
+    /// Thread that waits for state changes of the child.
     waiting: Option<ChildWait>,
     /// Guard that stands in for the child.
     stand_in: Option<StandIn>,
     /// Limit on starting stand-ins, for a guard that is stopped repeatedly.
     stands: Restarts,
     next_request: u64,
-    /// Pending requests, and those that have an answer.
+    /// Requests that are pending, or whose answer has not been taken yet.
     requests: Vec<(u64, Option<Result<(), String>>)>,
     restarts: Restarts,
-    /// Handover to a restarted guard, until it has answered all of it.
+    /// Handover to a restarted guard, until the guard has answered all of it.
     handover: Option<Handover>,
     /// Reason why there is no guard.
     gone: Option<String>,
@@ -65,13 +65,13 @@ struct State {
 
 /// Handover of all registrations to a restarted guard. Until the guard has answered all of them, only the watcher guards the processes.
 struct Handover {
-    /// Reason for the end of the previous guard.
+    /// Reason why the previous guard ended.
     how: String,
-    /// Number of pending answers, including its greeting.
+    /// Number of pending answers, including the greeting of the guard.
     awaited: usize,
-    /// Last request that is answered by the registrations.
+    /// Last request included in the handed-over registrations.
     last_request: u64,
-    /// Registrations that it refused.
+    /// Registrations that the guard refused.
     refused: Vec<String>,
 }
 
@@ -79,7 +79,7 @@ impl Member {
     /// Starts a guard process. `tell` is called from a thread of this value. `watches`: the supervisor also watches the registered
     /// processes itself.
     ///
-    /// Fails if it cannot be started, or ended immediately.
+    /// Fails if the process cannot be started, or exited immediately.
     pub fn start(command: GuardCommand, watches: bool, tell: Tells) -> Result<Member, GuardError> {
         let heart = || Heartbeat::new().map_err(|error| GuardError(format!("cannot allocate memory for the heartbeats of guard and supervisor: {error}")));
         let hearts = Hearts { guard: heart()?, supervisor: heart()? };
@@ -89,7 +89,7 @@ impl Member {
 
     /// Takes over the guard that listens at the path of `command`, with everything that it guards, from a supervisor that has exited.
     ///
-    /// Fails if nobody listens there, or a process answers that is not a guard.
+    /// Fails if no guard listens there, or a process answers that is not a guard.
     pub fn adopt(command: GuardCommand, watches: bool, tell: Tells) -> Result<Member, GuardError> {
         let path = command.path.clone().ok_or_else(|| GuardError("a guard is adopted at a path, but none is given".to_owned()))?;
         let link = connect(&path).map_err(|error| GuardError(format!("there is no guard at '{}': {error}", path.display())))?;
@@ -139,7 +139,7 @@ impl Member {
         Ok(Member { shared, threads })
     }
 
-    /// Calls `see` with the guarded processes, each with its safe handles.
+    /// Calls `see` with the guarded processes and their safe handles.
     pub fn registered<T>(&self, see: impl FnOnce(&Registry) -> T) -> T {
         see(&self.shared.state().registry)
     }
@@ -156,12 +156,12 @@ impl Member {
         self.shared.request(change)
     }
 
-    /// Returns true if the process has ended and none will be started in its place.
+    /// Returns true if the guard process has exited and will not be replaced.
     pub fn is_gone(&self) -> bool {
         self.shared.state().gone.is_some()
     }
 
-    /// Returns the process ID, if this supervisor started it.
+    /// Returns the process ID of the guard, if this supervisor started it.
     pub fn pid(&self) -> Option<i32> {
         self.shared.state().child.as_ref().map(|child| child.pid())
     }
@@ -217,8 +217,8 @@ impl MemberState {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Starts a thread that waits for changes of the guard process, if it is a child of this one. A guard that is not a child is replaced
-    /// when its loss is detected.
+    /// Starts a thread that waits for state changes of the guard process, if it is a child of this one. A guard that is not a child is
+    /// replaced when its loss is detected.
     fn wait_for_child(self: &Arc<Self>) {
         let member = Arc::downgrade(self);
         let changed = move |change, is_over: &AtomicBool| member.upgrade().map(|member| member.child_changed(change, is_over)).is_some();
@@ -226,7 +226,7 @@ impl MemberState {
         state.waiting = state.child.as_ref().and_then(|child| ChildWait::start(child, changed));
     }
 
-    /// Starts or ends the stand-in after a change of the child.
+    /// Starts or ends the stand-in after a state change of the child.
     fn child_changed(&self, change: ChildChange, is_over: &AtomicBool) {
         let mut state = self.state();
         let is_needed = match change {
@@ -245,7 +245,7 @@ impl MemberState {
         needless.into_iter().for_each(StandIn::end);
     }
 
-    /// Returns the state as soon as the waiting thread has handled the end of the guard process, after `GRACE` at the latest.
+    /// Returns the state as soon as the waiting thread has handled the exit of the guard process, after `GRACE` at the latest.
     fn state_when_waited(&self) -> MutexGuard<'_, State> {
         let waits = |state: &mut State| state.waiting.as_ref().is_some_and(|waiting| !waiting.is_over());
         self.answered.wait_timeout_while(self.state(), GRACE, waits).unwrap_or_else(PoisonError::into_inner).0
@@ -283,7 +283,7 @@ impl MemberState {
         }
     }
 
-    /// Receives messages of the guard until this side closes the link, or the guard exits.
+    /// Receives messages from the guard until this side closes the link, or the guard exits.
     fn keep(self: &Arc<Self>) {
         loop {
             let link = self.state().link.clone();
@@ -324,7 +324,7 @@ impl MemberState {
         }
     }
 
-    /// Records the loss of a process; only the first report counts.
+    /// Records the loss of a process; only its first report counts.
     fn lost(&self, loss: Loss) {
         let is_news = self.state().registry.lose(&loss);
         if is_news {
@@ -339,7 +339,7 @@ impl MemberState {
         self.answered.notify_all();
     }
 
-    /// Records one answer of a restarted guard; with the last one it guards.
+    /// Records one answer of a restarted guard. After the last one, the guard is in charge.
     fn handed_over(&self, answer: Result<(), String>) {
         let mut state = self.state();
         let Some(handover) = state.handover.as_mut() else { return };
@@ -356,7 +356,7 @@ impl MemberState {
         (self.tell)(GuardEvent::Restarted { how, refused });
     }
 
-    /// Replaces a guard that has exited with one that has been sent all registrations. Returns false if this side is closing, or no guard
+    /// Replaces a guard that has exited with one that has received all registrations. Returns false if this side is closing, or no guard
     /// can be started.
     fn restore(self: &Arc<Self>) -> bool {
         let mut state = self.state();
@@ -403,8 +403,8 @@ impl MemberState {
         }
     }
 
-    /// Lets the stand-in lead, or a new guard if there is none. Returns the number of answers that it owes: its greeting, and one for
-    /// each request sent to it.
+    /// Makes the stand-in lead, or starts a new guard if there is no stand-in. Returns the number of answers that the guard owes: its
+    /// greeting, and one for each request sent to it.
     fn start_again(&self, state: &mut State) -> Result<usize, String> {
         let stand_in = state.stand_in.take();
         if !state.restarts.allow(now_ns()) {

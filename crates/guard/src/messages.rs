@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// Request number of registrations handed over to another guard; requests of callers have higher numbers.
 pub(crate) const HANDED_OVER: u64 = 0;
 
-/// Request to the guard. Each is answered by one [`Tell::Done`] or [`Tell::Refused`] with its number.
+/// Request to the guard. Each request is answered by one [`Tell::Done`] or [`Tell::Refused`] with its number.
 #[derive(Debug, Serialize, Deserialize)]
 pub(crate) struct GuardRequest {
     pub request: u64,
@@ -16,17 +16,17 @@ pub(crate) struct GuardRequest {
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Ask {
-    /// Guard a process. Descriptors: the process, then its heartbeat if it has bounds.
+    /// Guards a process. Descriptors: the process and, if it has bounds, its heartbeat.
     Ward(WardText),
-    /// Writes that make outputs of its device safe. The descriptor is that of their file.
+    /// Adds the writes that make outputs of a device of the process safe. Descriptor: the file to write to.
     Handle(HandleText),
-    /// The device was closed or made safe in an orderly way: its handles are forgotten.
+    /// Removes the handles of a device that was closed or made safe in an orderly way.
     Release { ward: u64, device: String },
-    /// The process ends in an orderly way, or its loss has been handled: it is forgotten, with its handles.
+    /// Removes a process, with its handles, because it exits in an orderly way or its loss has been handled.
     Forget { ward: u64 },
-    /// Request to beat, and to listen at the path: the guard that it stood in for has exited.
+    /// Makes a stand-in beat, and listen at the path, because the guard for which it stood in has exited.
     Lead,
-    /// Request of a returning supervisor: send everything that is guarded, including descriptors, then answer.
+    /// Request of a returning supervisor: the guard sends everything that it guards, including descriptors, and then the answer.
     Adopt,
 }
 
@@ -34,9 +34,9 @@ pub(crate) enum Ask {
 pub(crate) struct WardText {
     pub ward: u64,
     pub name: String,
-    /// Maximum standstill of its heart, if it has one.
+    /// Maximum stall of the process's heart, if it has one.
     pub bounds: Option<Bounds>,
-    /// True if it is not killed when it stands still.
+    /// True if the process is not killed when it stalls.
     pub is_spared: bool,
 }
 
@@ -52,7 +52,7 @@ pub(crate) struct HandleText {
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Tell {
-    /// First message on each link: rights that the operating system did not grant.
+    /// First message on each link: privileges that the operating system did not grant.
     Hello {
         missing: Vec<String>,
     },
@@ -65,28 +65,28 @@ pub(crate) enum Tell {
     },
     /// A process is lost and its outputs are safe.
     Lost(Loss),
-    /// A spared process stands still, and its outputs are safe.
+    /// A spared process has stalled, and its outputs are safe.
     MadeSafe(Loss),
-    /// The process continues.
+    /// The process has resumed.
     GoesOn {
         ward: u64,
     },
-    /// Answer to [`Ask::Adopt`]. Descriptors: the hearts of guard and supervisor.
+    /// Answer to [`Ask::Adopt`]. Descriptors: the heartbeats of the guard and the supervisor.
     Hearts,
-    /// Answer to [`Ask::Adopt`], with the descriptors of [`Ask::Ward`] and [`Ask::Handle`].
+    /// Answer to [`Ask::Adopt`], with the same descriptors as [`Ask::Ward`] and [`Ask::Handle`].
     Ward(WardText),
     Handle(HandleText),
 }
 
-/// A process that was lost, or stands still and is spared, and the guard's reaction. Times are on the monotonic clock, which all
-/// processes of a host share.
+/// A process that was lost, or has stalled and is spared, and the guard's reaction. Times are on the monotonic clock, which all processes
+/// of a host share.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Loss {
-    /// Number with which it was registered.
+    /// Number under which the process was registered.
     pub ward: u64,
     /// Name of the process.
     pub name: String,
-    /// Observation of the guard.
+    /// Observation that led to the report.
     pub cause: Cause,
     /// Time of the observation, ns.
     pub seen_ns: i64,

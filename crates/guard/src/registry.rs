@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Registrations of a supervisor with its guard, kept so that another guard can receive all of them.
+//! Registrations of a supervisor with its guard, kept so that they can be handed over to another guard.
 use crate::guard_event::FoundWard;
 use crate::messages::{Ask, HandleText, Loss, WardText};
 use device::SafeHandle;
@@ -11,7 +11,7 @@ use std::os::fd::OwnedFd;
 /// A request with its descriptors.
 pub(crate) type Request = (Ask, Vec<OwnedFd>);
 
-/// Processes by number.
+/// Registered processes, by number.
 #[derive(Debug, Default)]
 pub(crate) struct Registry {
     wards: BTreeMap<u64, Ward>,
@@ -39,7 +39,7 @@ impl Ward {
         Ok(Ward { text: self.text.clone(), process: self.process.try_clone()?, heartbeat, handles, loss: None })
     }
 
-    /// Takes out its safe handles.
+    /// Takes out the safe handles.
     pub fn take_handles(&mut self) -> Vec<(String, SafeHandle)> {
         std::mem::take(&mut self.handles)
     }
@@ -53,7 +53,7 @@ impl Ward {
     }
 }
 
-/// Returns the same handle with a duplicate of its descriptor.
+/// Returns a copy of the handle with a duplicate of its descriptor.
 pub(crate) fn copied(handle: &SafeHandle) -> io::Result<SafeHandle> {
     Ok(SafeHandle { descriptor: handle.descriptor.try_clone()?, writes: handle.writes.clone(), latches: handle.latches })
 }
@@ -107,7 +107,7 @@ impl Registry {
         Ok((Ask::Forget { ward }, Vec::new()))
     }
 
-    /// Records a loss; returns false if it was known, or the process has been forgotten.
+    /// Records a loss; returns false if it was already known, or the process has been forgotten.
     pub fn lose(&mut self, loss: &Loss) -> bool {
         match self.wards.get_mut(&loss.ward) {
             Some(ward) if ward.loss.is_none() => {
@@ -118,7 +118,7 @@ impl Registry {
         }
     }
 
-    /// Calls `say` for all registrations, except of lost processes, which have been handled.
+    /// Calls `say` for all registrations except those of lost processes, which have been handled.
     pub fn everything<E>(&self, mut say: impl FnMut(Ask, &[OwnedFd]) -> Result<(), E>) -> Result<(), E> {
         for (number, ward) in self.wards.iter().filter(|(_, ward)| ward.loss.is_none()) {
             let handles = ward.handles.iter().map(|(device, handle)| ask_to_hold(*number, device, handle));
@@ -131,7 +131,7 @@ impl Registry {
         Ok(())
     }
 
-    /// Returns copies of the processes that another registry does not have, or has with fewer safe handles (the third value is then
+    /// Returns copies of the processes that another registry does not have, or has with fewer safe handles (then the third value is
     /// true).
     ///
     /// # Errors
@@ -142,7 +142,7 @@ impl Registry {
         lacks.map(|(number, ward)| Ok((*number, ward.copied()?, known(number).is_some()))).collect()
     }
 
-    /// Reads a process from a guard that is adopted. Returns `None` for an invalid message.
+    /// Adds a process reported by a guard that is being adopted. Returns `None` if the message is invalid.
     pub fn told_ward(&mut self, text: WardText, descriptors: Vec<OwnedFd>) -> Option<()> {
         let mut descriptors = descriptors.into_iter();
         let process = descriptors.next()?;
@@ -154,7 +154,7 @@ impl Registry {
         Some(())
     }
 
-    /// Reads a safe handle from a guard that is adopted.
+    /// Adds a safe handle reported by a guard that is being adopted. Returns `None` if the message is invalid.
     pub fn told_handle(&mut self, text: HandleText, descriptors: Vec<OwnedFd>) -> Option<()> {
         let descriptor = descriptors.into_iter().next()?;
         self.wards.get_mut(&text.ward)?.handles.push((text.device, SafeHandle { descriptor, writes: text.writes, latches: text.latches }));

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reports of two guards that observe the same events: each event is passed on once.
+//! Reports of two guards that observe the same events: each event is forwarded once.
 use crate::guard_event::GuardEvent;
 use process_kit::now_ns;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Mutex, PoisonError};
 
-/// Merges the reports of the two guards: each event is passed on once.
+/// Merges the reports of the two guards: each event is forwarded once.
 pub(crate) struct Reports {
     state: Mutex<State>,
     tell: Box<dyn Fn(GuardEvent) + Send + Sync>,
@@ -23,7 +23,7 @@ struct State {
 #[derive(Clone, Copy, Default)]
 struct SparedWard {
     stands_still: bool,
-    /// Time of the report that it continues, ns: a standstill observed earlier is the same one.
+    /// Time at which the process was reported to have resumed, ns: a stall that was observed before this time is the same one.
     went_on_ns: i64,
 }
 
@@ -32,7 +32,7 @@ impl Reports {
         Reports { state: Mutex::default(), tell }
     }
 
-    /// Processes a report of one guard. It is passed on unless the other one has already reported the event.
+    /// Processes a report of one guard. Forwards it unless the other guard has already reported the event.
     pub fn hear(&self, event: GuardEvent) {
         let told = self.state.lock().unwrap_or_else(PoisonError::into_inner).news(event, now_ns());
         if let Some(event) = told {
@@ -40,7 +40,7 @@ impl Reports {
         }
     }
 
-    /// Forgets a loss under this number, which is now used for another process.
+    /// Forgets a loss recorded under this number, which is now used for another process.
     pub fn begin(&self, ward: u64) {
         self.state.lock().unwrap_or_else(PoisonError::into_inner).lost.remove(&ward);
     }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rights that the guard requests from the operating system, so that it outranks every kernel.
+//! Privileges that the guard requests from the operating system, so that it outranks every kernel.
 use scheduling::Children;
 
-/// The highest priority. A source at 99 would hold the guard up for at most one firing, since threads of equal priority take turns when
-/// one sleeps.
+/// Highest priority. A source at 99 would delay the guard by at most one firing, because a thread of equal priority gets its turn when
+/// the source sleeps.
 const PRIORITY: u8 = 99;
 
-/// Requests the rights; returns those not granted, one line each.
+/// Requests the privileges; returns those not granted, one line each.
 pub(crate) fn take() -> Vec<String> {
     let mut missing = Vec::new();
     // SAFETY: these concern this process and thread alone: ends that are asked for are ignored (it ends by itself when nothing is

@@ -4,15 +4,15 @@ use device::SafeHandle;
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd};
 
-/// Makes the outputs of a handle safe, as a guard does. Never waits.
+/// Makes the outputs of a handle safe, as a guard does. Never blocks.
 ///
 /// # Errors
-/// `WouldBlock` if there is no room to write; otherwise the error of the write.
+/// `WouldBlock` if a buffer is full; otherwise the error of the write.
 pub fn make_safe(handle: &SafeHandle) -> io::Result<()> {
     write(handle.descriptor.as_fd(), &handle.writes)
 }
 
-/// Writes bytes at their offsets, in this order; ignores offsets if the descriptor is not seekable.
+/// Writes each of `writes` at its offset, in order; ignores the offsets if the descriptor is not seekable.
 pub(crate) fn write(descriptor: BorrowedFd<'_>, writes: &[(u64, Vec<u8>)]) -> io::Result<()> {
     writes.iter().try_for_each(|(offset, bytes)| write_at(descriptor, *offset, bytes))
 }

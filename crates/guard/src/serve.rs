@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The guard process: it waits for processes to end or stop answering, and makes their outputs safe.
+//! The guard process: waits for processes to exit or stall, and makes their outputs safe.
 //!
-//! One thread, one loop. In each round it beats its own heart, then checks every guarded process, and only then processes messages;
-//! nothing in a round waits, neither for a write to a device nor for a supervisor that does not read. It continues to guard after its
-//! supervisor has exited, and ends when nothing is left to guard and nobody is connected.
+//! It has one thread and one loop. In each round it beats its own heart, then checks every guarded process, and only then processes
+//! messages; nothing in a round blocks, neither on a write to a device nor on a supervisor that does not read. It continues to guard
+//! after its supervisor has exited, and exits when it guards no process and no supervisor is connected.
 use crate::messages::{Ask, GuardRequest, Tell, encode};
 use crate::rights;
 use crate::ward::WardReport;
@@ -19,21 +19,21 @@ use std::time::Duration;
 pub(crate) const PATH: &str = "OPENGPAC_GUARD_PATH";
 /// Environment variable that marks a guard as a stand-in for another one.
 pub(crate) const STANDS_IN: &str = "OPENGPAC_GUARD_STANDS_IN";
-/// Name of the descriptor of the first link.
+/// Name of the descriptor of the link to the first supervisor.
 pub(crate) const LINK: &str = "link";
-/// Names of the descriptors of hearts: its own, that of its supervisor.
+/// Names of the descriptors of the heartbeats: the guard's own, and its supervisor's.
 pub(crate) const HEART: &str = "heart";
 pub(crate) const SUPERVISOR: &str = "supervisor";
-/// Period of its own heartbeat.
+/// Period of the guard's own heartbeat.
 pub(crate) const BEAT_NS: i64 = 20_000_000;
-/// Maximum number of frames of one supervisor processed in a round.
+/// Maximum number of frames from one supervisor that are processed in a round.
 const FRAMES_MAX: usize = 64;
 
-/// Runs the guard process with the link and the path that [`Guard::start`](crate::Guard::start) passed. Returns when nothing is left to
-/// guard and nobody is connected.
+/// Runs the guard process with the link and the path that [`Guard::start`](crate::Guard::start) passed. Returns when no process is
+/// guarded and no supervisor is connected.
 ///
 /// # Errors
-/// Human-readable: it was not started by a supervisor, or another guard is at that path.
+/// Fails with a human-readable message if the process was not started by a supervisor, or another guard listens at that path.
 pub fn run() -> Result<(), String> {
     let descriptor = inherited(LINK).map_err(|error| error.to_string())?;
     let link = UnixLink::from_descriptor(descriptor).map_err(|error| format!("the link of the guard cannot be used: {error}"))?;
@@ -45,7 +45,7 @@ pub fn run() -> Result<(), String> {
 }
 
 /// Guards for every supervisor that is connected by `link` or connects to `path`. The guard beats and listens at the path if it `leads`,
-/// or when it is asked to lead, or when its supervisor has exited. Takes over the process: scheduling, signals, memory.
+/// when it is asked to lead, or when its supervisor has exited. Takes over the process: scheduling, signals, memory.
 ///
 /// # Errors
 /// Fails with `AddrInUse` if another guard listens at `path`, otherwise with the error of the operating system.
@@ -64,17 +64,17 @@ pub fn serve(link: UnixLink, hearts: Hearts, path: Option<&Path>, leads: bool) -
     Ok(())
 }
 
-/// Hearts of both watchers, by which each sees whether the other stands still.
+/// Heartbeats of both watchers, by which each detects that the other has stalled.
 #[derive(Debug)]
 pub struct Hearts {
-    /// Heart of the guard.
+    /// Heartbeat of the guard.
     pub guard: Heartbeat,
-    /// Heart of its supervisor.
+    /// Heartbeat of the guard's supervisor.
     pub supervisor: Heartbeat,
 }
 
 impl Hearts {
-    /// Returns descriptors of both, in this order.
+    /// Returns descriptors of both heartbeats, in this order.
     ///
     /// # Errors
     /// Fails if no descriptors are left.
@@ -86,7 +86,8 @@ impl Hearts {
 /// A supervisor connected to this guard.
 struct Supervisor {
     link: UnixLink,
-    /// Its process, if known. A process that it forked may keep the link open after it has exited itself.
+    /// The supervisor's process, if known. It is needed because a process forked by the supervisor may keep the link open after the
+    /// supervisor has exited.
     process: Option<OwnedFd>,
 }
 
@@ -103,13 +104,13 @@ impl Supervisor {
 
 struct Guarding {
     hearts: Hearts,
-    /// False while this guard stands in for another one, to which the heart and the path belong.
+    /// False while this guard stands in for another one, which owns the heart and the path.
     leads: bool,
     path: Option<PathBuf>,
     listener: Option<Listener>,
     links: Vec<Supervisor>,
     wards: Wards,
-    /// Polled descriptors: the wards in their order, then the links, then the listener. The capacity is kept.
+    /// Polled descriptors: first those of the wards, in their order, then the links, then the listener. The capacity is reused.
     waits: Vec<libc::pollfd>,
     missing: Vec<String>,
 }
@@ -129,7 +130,7 @@ impl Guarding {
         }
     }
 
-    /// Takes over the heart and the path of the guard that it stood in for.
+    /// Takes over the heart and the path of the guard for which this one stood in.
     fn lead(&mut self) -> Result<(), String> {
         self.leads = true;
         if let (None, Some(path)) = (&self.listener, &self.path) {
@@ -151,7 +152,7 @@ impl Guarding {
         unsafe { libc::ppoll(self.waits.as_mut_ptr(), self.waits.len() as libc::nfds_t, &limit, std::ptr::null()) };
     }
 
-    /// Checks every ward; the outputs of a lost one are safe before anybody is notified.
+    /// Checks every ward; the outputs of a lost ward are safe before any supervisor is notified.
     fn look(&mut self) {
         for seen in self.wards.look(true, now_ns()) {
             let frame = encode(&match seen {
@@ -163,7 +164,7 @@ impl Guarding {
         }
     }
 
-    /// Notifies all supervisors. The link of one that has exited is kept until its earlier messages have been processed.
+    /// Notifies all supervisors. The link of a supervisor that has exited is kept until its earlier messages have been processed.
     fn tell_everyone(&self, frame: &[u8]) {
         self.links.iter().for_each(|of| tell(&of.link, frame, &[]));
     }
@@ -182,14 +183,15 @@ impl Guarding {
         self.links.push(Supervisor::of(link));
     }
 
-    /// Processes the messages of every supervisor, including those sent before one exited.
+    /// Processes the messages of every supervisor, including those that a supervisor sent before it exited.
     fn hear(&mut self) {
         let mut links = std::mem::take(&mut self.links);
         links.retain(|of| self.hear_one(of));
         self.links = links;
     }
 
-    /// Returns false if the link is broken or the supervisor has exited, and all messages of the link have been processed.
+    /// Processes the messages of one supervisor. Returns false if the link is broken or the supervisor has exited, and all messages on
+    /// the link have been processed.
     fn hear_one(&mut self, of: &Supervisor) -> bool {
         // Checked first: messages sent before it ended are processed below.
         let has_ended = of.has_ended();
@@ -218,7 +220,7 @@ impl Guarding {
         }
     }
 
-    /// Sends everything that is guarded, with descriptors.
+    /// Sends all registrations, with descriptors.
     fn tell_all(&self, link: &UnixLink) -> Result<(), String> {
         let hearts = self.hearts.descriptors().map_err(|error| error.to_string())?;
         tell(link, &encode(&Tell::Hearts), &[hearts[0].as_fd(), hearts[1].as_fd()]);
@@ -238,7 +240,8 @@ impl Guarding {
     }
 }
 
-/// Sends a message. Closes a link that is broken, or whose supervisor does not read; [`Guarding::hear`] processes the rest and drops it.
+/// Sends a message. Closes a link that is broken, or whose supervisor does not read; [`Guarding::hear`] processes its pending messages
+/// and drops it.
 fn tell(link: &UnixLink, frame: &[u8], descriptors: &[BorrowedFd<'_>]) {
     let _closed = link.send_with(frame, descriptors, Some(Duration::ZERO));
 }

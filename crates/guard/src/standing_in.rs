@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A guard that stands in for another one. The operating system immediately notifies the parent of a guard that was stopped or has ended.
-//! Until it is certain that the guard will not continue, which takes 0.1 s, another process guards in its place. A guard that continues
-//! is kept, and its stand-in is ended.
+//! A guard that stands in for another one. The operating system immediately notifies the parent of a guard that was stopped or has
+//! exited. It takes 0.1 s until it is certain that the guard will not resume; in the meantime, another process guards in its place. If
+//! the guard resumes, it is kept and its stand-in is ended.
 use crate::guard_event::GuardCommand;
 use crate::messages::{Ask, HANDED_OVER};
 use crate::registry::Registry;
@@ -19,11 +19,11 @@ use std::thread::JoinHandle;
 /// kernel.
 const PRIORITY: u8 = 1;
 
-/// Guard process that guards like any other, but does not beat and cannot be found until it is asked to lead.
+/// Guard process that guards like any other, but neither beats nor listens until it is asked to lead.
 pub(crate) struct StandIn {
     pub link: UnixLink,
     pub child: Child,
-    /// Number of answers that it owes, including its greeting. They stay queued in its link.
+    /// Number of answers that the stand-in owes, including its greeting. They stay queued in its link.
     pub awaited: usize,
 }
 
@@ -41,7 +41,7 @@ impl StandIn {
         send(&self.link, HANDED_OVER, ask, descriptors)
     }
 
-    /// Sends it one more request. If it has exited by then, the receiver of its messages detects that.
+    /// Sends the stand-in another request. If it has exited by then, the receiver of its messages detects this.
     pub fn tell(&mut self, ask: Ask, descriptors: &[OwnedFd]) {
         let _gone = self.send(ask, descriptors);
     }
@@ -52,16 +52,16 @@ impl StandIn {
     }
 }
 
-/// Thread that waits for changes of a guard process.
+/// Thread that waits for state changes of a guard process.
 pub(crate) struct ChildWait {
     thread: JoinHandle<()>,
     is_over: Arc<AtomicBool>,
 }
 
 impl ChildWait {
-    /// Starts the thread for a child of this process: only the parent is notified of changes. `changed` handles a change and stores
-    /// whether it was the last one, under the lock that callers of [`ChildWait::is_over`] hold; it returns false if the guard no longer
-    /// has an owner. Returns `None` if no thread or descriptor can be made.
+    /// Starts the thread for a child of this process, because only the parent is notified of state changes. `changed` handles a change
+    /// and stores whether it was the last one, under the lock that callers of [`ChildWait::is_over`] hold; it returns false if the guard
+    /// no longer has an owner. Returns `None` if no thread or descriptor can be created.
     pub fn start(child: &Child, changed: impl Fn(ChildChange, &AtomicBool) -> bool + Send + 'static) -> Option<ChildWait> {
         let process = child.descriptor().ok()?;
         let is_over = Arc::new(AtomicBool::new(false));
@@ -80,12 +80,12 @@ impl ChildWait {
         Some(ChildWait { thread: std::thread::Builder::new().name("waits-guard".into()).spawn(body).ok()?, is_over })
     }
 
-    /// Returns true if the end of the process has been handled.
+    /// Returns true if the exit of the process has been handled.
     pub fn is_over(&self) -> bool {
         self.is_over.load(Ordering::Acquire)
     }
 
-    /// Waits until the thread ends, which it does when its process has ended.
+    /// Waits until the thread exits, which it does when its process has exited.
     pub fn join(self) {
         // A panic of the thread has been printed already.
         let _ended = self.thread.join();

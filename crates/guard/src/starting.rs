@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! First messages exchanged with a guard process that is started or taken over.
+//! First messages exchanged with a guard process that is being started or taken over.
 use crate::guard_event::{GuardCommand, GuardError};
 use crate::messages::{Ask, GuardRequest, Tell, encode};
 use crate::registry::Registry;
@@ -10,7 +10,7 @@ use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 use std::path::Path;
 use std::time::Duration;
 
-/// Timeout of the guard's answer.
+/// Timeout for the guard's answer.
 pub(crate) const ANSWER: Duration = Duration::from_secs(10);
 
 /// Sends a request with its descriptors.
@@ -35,7 +35,7 @@ pub(crate) fn launch(command: &GuardCommand, hearts: &Hearts, stands_in: bool) -
     Ok((link, child))
 }
 
-/// Returns the registrations and hearts that a guard sends to the supervisor that adopts it, with the rights that it lacks.
+/// Returns the registrations and heartbeats that a guard sends to the supervisor that adopts it, and the privileges that it lacks.
 pub(crate) fn tale(link: &UnixLink, path: &Path) -> Result<(Registry, Hearts, Vec<String>), GuardError> {
     let silent = || GuardError(format!("the process that listens at '{}' does not answer like a guard", path.display()));
     let (mut registry, mut hearts, mut lacks) = (Registry::default(), None, Vec::new());

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Detection of stopped processes: the operating system reports this state and, whatever the load of the machine, such a process does
-//! nothing.
+//! Detection of stopped processes. The operating system reports this state, and a stopped process does nothing, whatever the load of the
+//! machine.
 use process_kit::pid_of;
 use std::fs::File;
 use std::io::Read;
@@ -9,7 +9,7 @@ use std::os::fd::BorrowedFd;
 /// Buffer for the relevant part of the line: number, name (at most 64 bytes), state.
 const LINE: usize = 256;
 
-/// File with the state of one process.
+/// State file of one process.
 #[derive(Clone, Debug)]
 pub(crate) struct Stops(Option<String>);
 
@@ -19,7 +19,7 @@ impl Stops {
         Stops(pid_of(process).ok().filter(|pid| *pid > 0).map(|pid| format!("/proc/{pid}/stat")))
     }
 
-    /// Returns true if it is currently stopped, by a signal or by a debugger.
+    /// Returns true if the process is currently stopped, by a signal or by a debugger.
     pub fn now(&self) -> bool {
         let mut line = [0; LINE];
         let read = self.0.as_ref().and_then(|path| File::open(path).and_then(|mut file| file.read(&mut line)).ok());
@@ -27,7 +27,7 @@ impl Stops {
     }
 }
 
-/// Returns true if the line `1234 (name) T …` is that of a stopped process: the name may contain anything, and only numbers follow the
+/// Returns true if the line `1234 (name) T …` describes a stopped process. The name may contain any characters; only numbers follow the
 /// state.
 fn is_stopped(line: &[u8]) -> bool {
     let name_end = line.iter().rposition(|byte| *byte == b')');

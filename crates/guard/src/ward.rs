@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A guarded process, as the operating system shows it: the subject that [`Watch`] observes and acts on.
+//! A guarded process, as seen through the operating system: the subject that [`Watch`] observes and acts on.
 use crate::canary::Canary;
 use crate::messages::{HandleText, Loss, WardText};
 use crate::safe;
@@ -10,7 +10,7 @@ use process_kit::{has_ended, pid_of, signal};
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 
-/// Reason why a process was ended, as stored in its heart for all watchers.
+/// Reason why a process was ended, as stored in its heartbeat for all watchers.
 const FROZEN: u64 = 1;
 const STOPPED: u64 = 2;
 
@@ -75,29 +75,31 @@ impl Ward {
         self.parts.handles.retain(|handle| handle.text.device != device);
     }
 
-    /// Returns true if nothing is pending.
+    /// Returns true if neither the exit of the process nor a write is pending.
     pub fn is_settled(&self) -> bool {
         self.watch.is_settled()
     }
 
-    /// Returns its loss, if it is lost.
+    /// Returns the loss of the process, if it is lost.
     pub fn loss(&self) -> Option<&Loss> {
         self.loss.as_ref()
     }
 
-    /// Returns the descriptors to wait for: the ends of its canary and of the process. Empty once the process has ended.
+    /// Returns the descriptors to wait on: those of the process's canary and of the process itself, which become readable when these
+    /// exit. Empty once the process has exited.
     pub fn waits_for(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         let process = (!self.watch.is_over()).then(|| self.parts.process.as_fd());
         let canary = if self.loss.is_none() { self.parts.canary.waits_for() } else { None };
         process.into_iter().chain(canary)
     }
 
-    /// Returns the time until the next check without an event; `None`: never.
+    /// Returns the time until the next check if no event occurs; `None` if no check is needed.
     pub fn interval_ns(&self) -> Option<i64> {
         self.watch.interval_ns()
     }
 
-    /// Checks the process. When it returns a report, the outputs are safe. `leads`: false for a watcher beside a serving guard.
+    /// Checks the process. When it returns a report, the outputs are safe. `leads`: false for a watcher that runs alongside a serving
+    /// guard.
     pub fn look(&mut self, leads: bool, now_ns: i64) -> Option<WardReport> {
         self.parts.look_for_canary();
         let event = if leads { self.watch.look(&mut self.parts, now_ns) } else { self.watch.look_beside(&mut self.parts, now_ns) };
@@ -188,7 +190,7 @@ impl Subject for Parts {
 }
 
 impl Handle {
-    /// Carries out all its writes, in order. Never waits.
+    /// Carries out all writes of the handle, in order. Never blocks.
     fn write(&self) -> io::Result<()> {
         safe::write(self.descriptor.as_fd(), &self.text.writes)
     }

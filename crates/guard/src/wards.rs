@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Watched processes: the guard and the supervisor's watcher beside it have the same ones and judge alike.
+//! Watched processes. The guard and the supervisor's watcher watch the same processes and judge alike.
 use crate::messages::Ask;
 use crate::ward::{Ward, WardReport};
 use process_kit::{Heartbeat, now_ns};
@@ -15,28 +15,28 @@ impl Wards {
         self.0.iter()
     }
 
-    /// Returns true if any of them must be waited for.
+    /// Returns true if there is still a process to wait for.
     pub fn has_reason(&self) -> bool {
         self.0.iter().any(|ward| !ward.is_settled())
     }
 
-    /// Returns the descriptors to wait for: the end of each process.
+    /// Returns the descriptors to wait on, which signal the exits of the processes.
     pub fn waits(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         self.0.iter().flat_map(Ward::waits_for)
     }
 
-    /// Returns the time until the next check without an event; `None`: never.
+    /// Returns the time until the next check if no event occurs; `None` if no check is needed.
     pub fn interval_ns(&self) -> Option<i64> {
         self.0.iter().filter_map(Ward::interval_ns).min()
     }
 
-    /// Checks every process; the outputs of a lost one are safe before anybody is notified. `leads`: false for a watcher beside a serving
-    /// guard.
+    /// Checks every process; the outputs of a lost process are safe before any supervisor is notified. `leads`: false for a watcher that
+    /// runs alongside a serving guard.
     pub fn look(&mut self, leads: bool, now_ns: i64) -> Vec<WardReport> {
         self.0.iter_mut().filter_map(|ward| ward.look(leads, now_ns)).collect()
     }
 
-    /// Changes the watched processes. Fails with a message if the request is invalid.
+    /// Changes the set of watched processes. Fails with a message if the request is invalid.
     pub fn act(&mut self, ask: Ask, descriptors: Vec<OwnedFd>) -> Result<(), String> {
         let mut descriptors = VecDeque::from(descriptors);
         let mut next = |what: &str| descriptors.pop_front().ok_or_else(|| format!("{what} was not sent with the request"));

@@ -4,62 +4,62 @@
 //!
 //! | observer | observed | with | consequence |
 //! |---|---|---|---|
-//! | the guard, and the supervisor's watcher beside it | each process that has devices | [`Watch`] | its outputs are made safe |
+//! | the guard, and the supervisor's watcher | each process that has devices | [`Watch`] | its outputs are made safe |
 //! | the supervisor's watcher | the guard | [`Pulse`] | it is ended, and another one is started |
-//! | the heart of a processor | the guard and the supervisor | [`Watchers`] | if both stand still, it makes its own outputs safe |
+//! | the heart of a processor | the guard and the supervisor | [`Watchers`] | if both stall, it makes its own outputs safe |
 //!
 //! There are two bounds because the certainty differs: a process that the operating system holds stopped (SIGSTOP, a debugger) does
-//! nothing, whatever the load of the machine; one whose heart is silent may only be waiting for a core.
+//! nothing, whatever the load of the machine; a process whose heart is silent may only be waiting for a core.
 use serde::{Deserialize, Serialize};
 use std::time::Duration;
 
-/// Maximum standstill of a process's heart.
+/// Maximum stall of a process's heart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Bounds {
-    /// Time until it counts as frozen, whatever the reason.
+    /// Time without a beat after which the process counts as frozen, whatever the reason.
     pub silent_ns: i64,
-    /// Time until it counts as stopped, if the operating system reports it as such.
+    /// Time without a beat after which the process counts as stopped, if the operating system reports it as such.
     pub stopped_ns: i64,
 }
 
 impl Default for Bounds {
-    /// Returns the bounds of a heart that beats every 20 ms. A stopped process is detected within some 120 ms; a silent one is given the
-    /// time for which a loaded machine may hold it up.
+    /// Returns the bounds of a heart that beats every 20 ms. A stopped process is detected within some 120 ms; a process that is merely
+    /// silent is given as long as a loaded machine may hold it up.
     fn default() -> Bounds {
         Bounds { silent_ns: 500_000_000, stopped_ns: 100_000_000 }
     }
 }
 
 impl From<Duration> for Bounds {
-    /// Uses one bound for both: the maximum standstill was configured, for whatever reason.
+    /// Uses one bound for both: the configured maximum stall applies whatever the reason.
     fn from(bound: Duration) -> Bounds {
         let bound_ns = i64::try_from(bound.as_nanos()).unwrap_or(i64::MAX);
         Bounds { silent_ns: bound_ns, stopped_ns: bound_ns }
     }
 }
 
-/// Minimum bound; a shorter one would judge the scheduler, not the process.
+/// Minimum bound. A shorter one would measure the scheduler, not the process.
 const BOUND_NS_MIN: i64 = 10_000_000;
 /// Minimum and maximum interval between two checks.
 const LOOK_NS: (i64, i64) = (1_000_000, 20_000_000);
-/// Maximum time that a killed process is given to end before its outputs are made safe anyway (and again after its end).
+/// Maximum time that a killed process may take to exit before its outputs are made safe anyway (and again after its exit).
 const DEATH_NS_MAX: i64 = 100_000_000;
-/// Time for which failed writes are retried, and the interval.
+/// Time for which failed writes are retried; also the interval between two attempts.
 const RETRY_NS_MAX: i64 = 10_000_000_000;
 const RETRY_NS: i64 = 10_000_000;
 
 /// State of a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ProcessStanding {
-    /// Its heart beats, or has not been silent for long.
+    /// The process's heart beats, or has not been silent for long.
     Serves,
-    /// The operating system has held it stopped for the bound.
+    /// The operating system has held the process stopped for longer than its bound.
     Stopped,
-    /// Its heart has been silent for the bound.
+    /// The process's heart has been silent for longer than its bound.
     Silent,
 }
 
-/// Judges a heart that is polled from time to time.
+/// Judges a heart that is polled at intervals.
 #[derive(Clone, Debug)]
 pub struct Pulse {
     bounds: Bounds,
@@ -69,7 +69,7 @@ pub struct Pulse {
 }
 
 impl Pulse {
-    /// Makes the pulse of a heart that has beaten `beats` times.
+    /// Creates the pulse of a heart that has beaten `beats` times.
     pub fn new(bounds: Bounds, beats: u64, now_ns: i64) -> Pulse {
         let bounds = Bounds { silent_ns: bounds.silent_ns.max(BOUND_NS_MIN), stopped_ns: bounds.stopped_ns.max(BOUND_NS_MIN) };
         Pulse { bounds, seen: beats, looked_ns: now_ns, still_ns: 0 }
@@ -80,8 +80,9 @@ impl Pulse {
         (self.bounds.silent_ns.min(self.bounds.stopped_ns) / 5).clamp(LOOK_NS.0, LOOK_NS.1)
     }
 
-    /// Checks the heart. `is_stopped` is called only if the heart has stood still for long enough. A long time between two checks counts
-    /// as two intervals only, because the observer or the whole machine stood still. A heart that has not beaten yet is not silent.
+    /// Checks the heart. `is_stopped` is called only if the heart has not beaten for long enough. A long time between two checks counts
+    /// as only two intervals, because the observer or the whole machine was suspended. A heart that has not beaten yet does not count as
+    /// silent.
     pub fn look(&mut self, beats: u64, is_stopped: impl FnOnce() -> bool, now_ns: i64) -> ProcessStanding {
         let elapsed_ns = (now_ns - self.looked_ns).clamp(0, 2 * self.interval_ns());
         self.looked_ns = now_ns;
@@ -97,70 +98,69 @@ impl Pulse {
     }
 }
 
-/// Process that a [`Watch`] observes and acts on. No method may wait.
+/// Process that a [`Watch`] observes and acts on. No method may block.
 pub trait Subject {
-    /// Returns true if the process has ended.
+    /// Returns true if the process has exited.
     fn notice_end(&mut self) -> bool;
-    /// Returns true if the process is dying: its threads have ended, but its memory has not been freed yet.
+    /// Returns true if the process is dying: its threads have exited, but its memory has not been freed yet.
     fn notice_dying(&mut self) -> bool {
         false
     }
-    /// Returns the number of its heartbeats.
+    /// Returns the number of the process's heartbeats.
     fn beats(&self) -> u64;
-    /// Returns true if the operating system holds it stopped.
+    /// Returns true if the operating system holds the process stopped.
     fn is_stopped(&self) -> bool;
-    /// Returns true if its safe values stay in force regardless of its own later writes.
+    /// Returns true if the process's safe values stay in force even if the process itself writes later.
     fn latches(&self) -> bool;
-    /// Kills it immediately; its end is noticed later.
+    /// Kills the process immediately; its exit is noticed later.
     fn kill(&mut self);
-    /// Records the reason why it is about to be ended, for other watchers.
+    /// Records the reason for which the process is about to be ended, for other watchers.
     fn condemn(&mut self, _why: Cause) {}
-    /// Returns the reason for which another watcher ended it, if one did.
+    /// Returns the reason for which another watcher ended the process, if one did.
     fn condemned(&self) -> Option<Cause> {
         None
     }
-    /// Writes its safe values: the ones that have not been written yet, or all of them (`afresh`). Returns true if nothing is left to
-    /// write.
+    /// Writes the process's safe values: those not yet written, or all of them (`afresh`). Returns true if nothing is left to write.
     fn write(&mut self, afresh: bool) -> bool;
 }
 
-/// Cause for which a process counts as lost.
+/// Reason for which a process counts as lost.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
     /// The process has ended: killed, aborted, crashed, or by itself without notice.
     Died,
-    /// Its heart stood still for its bound.
+    /// The process's heart did not beat for longer than its bound.
     Frozen,
-    /// The process was stopped (SIGSTOP, a debugger) for its bound.
+    /// The process was stopped (SIGSTOP, a debugger) for longer than its bound.
     Stopped,
 }
 
 /// Result of one check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Event {
-    /// The process is lost: its outputs have been made safe. This happens once in the life of a process.
+    /// The process is lost: its outputs have been made safe. Occurs once in the lifetime of a process.
     Lost {
-        /// Cause of the standstill.
+        /// Cause of the loss.
         cause: Cause,
         /// Time of the observation.
         seen_ns: i64,
     },
-    /// The process stands still and is spared: its outputs have been made safe.
+    /// The process has stalled and is spared: its outputs have been made safe.
     MadeSafe {
-        /// Cause of the standstill.
+        /// Cause of the stall.
         cause: Cause,
         /// Time of the observation.
         seen_ns: i64,
     },
-    /// The process stood still, was spared, and continues.
+    /// The process had stalled, was spared, and has resumed.
     GoesOn,
 }
 
 /// A watched process: detection of its loss, and the order of the actions that follow.
 ///
-/// A process that merely stands still is killed first, and its safe values are written only after it has ended, so that it can never
-/// resume and overwrite them. For a spared process they are written while it stands still, which requires outputs that
+/// A process that merely stalls is killed first, and its safe values are written only after it has exited, so that it can never resume
+/// and overwrite them. The safe values of a spared process are written while it is stalled, which requires outputs that
 /// [latch](Subject::latches).
 #[derive(Clone, Debug)]
 pub struct Watch {
@@ -174,14 +174,14 @@ pub struct Watch {
 #[derive(Clone, Copy, Debug)]
 enum State {
     Guarded,
-    /// The process stands still, and its outputs are safe.
+    /// The process has stalled, and its outputs are safe.
     Still,
-    /// The process stood still, was killed, and has not ended yet.
+    /// The process had stalled, was killed, and has not exited yet.
     Killed {
         cause: Cause,
         seen_ns: i64,
     },
-    /// `is_over`: it has ended, which may not be immediate for a killed one.
+    /// The process is lost. `is_over`: it has exited, which takes time for a killed process.
     Lost {
         since_ns: i64,
         is_over: bool,
@@ -189,8 +189,8 @@ enum State {
 }
 
 impl Watch {
-    /// Makes a watch. `pulse`: `None` if only the end of the process counts. `is_spared`: it is not killed if it stands still and its
-    /// outputs latch.
+    /// Creates a watch. `pulse`: `None` if only the exit of the process counts. `is_spared`: the process is not killed if it stalls and
+    /// its outputs latch.
     pub fn new(pulse: Option<Pulse>, is_spared: bool) -> Watch {
         Watch { pulse, is_spared, state: State::Guarded, is_owed: false }
     }
@@ -200,8 +200,8 @@ impl Watch {
         self.look_as(of, true, now_ns)
     }
 
-    /// Checks the process beside a serving guard: if the process has ended its safe values are written immediately, no matter who noticed
-    /// first; one that stands still is left to the guard.
+    /// Checks the process alongside a serving guard. If the process has exited, its safe values are written immediately, no matter which
+    /// of the two noticed first; a process that has stalled is left to the guard.
     pub fn look_beside(&mut self, of: &mut impl Subject, now_ns: i64) -> Option<Event> {
         self.look_as(of, false, now_ns)
     }
@@ -252,14 +252,14 @@ impl Watch {
         }
     }
 
-    /// Records that a handle was added: if the outputs are safe already, it is written immediately.
+    /// Records that a handle was added; if the outputs are already safe, it is written immediately.
     pub fn added(&mut self, of: &mut impl Subject) {
         if matches!(self.state, State::Lost { .. } | State::Still) {
             self.is_owed = !of.write(false);
         }
     }
 
-    /// Returns the interval between two checks; `None`: only the end of the process matters.
+    /// Returns the interval between two checks; `None` if only the exit of the process matters.
     pub fn interval_ns(&self) -> Option<i64> {
         let pulse = || self.pulse.as_ref().map(Pulse::interval_ns);
         match self.state {
@@ -270,12 +270,12 @@ impl Watch {
         }
     }
 
-    /// Returns true if the process is lost and has ended.
+    /// Returns true if the process is lost and has exited.
     pub fn is_over(&self) -> bool {
         matches!(self.state, State::Lost { is_over: true, .. })
     }
 
-    /// Returns true if nothing is pending: neither its end nor failed writes.
+    /// Returns true if neither the exit of the process nor a failed write is pending.
     pub fn is_settled(&self) -> bool {
         self.is_over() && !self.is_owed
     }
@@ -308,7 +308,7 @@ impl Watch {
     }
 }
 
-/// Watchers of a process, as its own heart monitors them.
+/// Watchers of a process, as monitored by the process's own heart.
 #[derive(Clone, Debug)]
 pub struct Watchers {
     guard: Pulse,
@@ -316,14 +316,14 @@ pub struct Watchers {
 }
 
 impl Watchers {
-    /// Makes watchers with a maximum standstill of `patience`.
+    /// Creates watchers with a maximum stall of `patience`.
     pub fn new(patience: Duration, now_ns: i64) -> Watchers {
         let pulse = || Pulse::new(patience.into(), 0, now_ns);
         Watchers { guard: pulse(), supervisor: pulse() }
     }
 
-    /// Checks the counts of their heartbeats. Returns true if both have stood still for the patience: nobody else would make the outputs
-    /// of this process safe, so it does so itself.
+    /// Checks the counts of the watchers' heartbeats. Returns true if both have been stalled for longer than the patience: this process
+    /// then makes its outputs safe itself, because no watcher would.
     pub fn look(&mut self, guard: u64, supervisor: u64, now_ns: i64) -> bool {
         // A watcher that has not beaten yet is also given the patience, and no more.
         let silent = |pulse: &mut Pulse, beats: u64| pulse.look(beats.saturating_add(1), || false, now_ns) == ProcessStanding::Silent;

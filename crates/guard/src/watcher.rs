@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The supervisor's watcher: a dedicated thread. It checks the guard, which is replaced if it stands still, and in parallel with the
-//! guard every process that is registered there: the first to notice writes the safe handles, and writing them twice is harmless. It is
-//! also the canary of this process.
+//! The supervisor's watcher: a dedicated thread that monitors the guard, and replaces it if it stalls. Like the guard, it also monitors
+//! every process registered with the guard: whichever notices a loss first writes the safe handles. If both write them, no harm is done.
+//! The thread also serves as the canary of this process.
 use crate::canary::Sings;
 use crate::messages::{Ask, Loss};
 use crate::serve::{BEAT_NS, Hearts};
@@ -18,32 +18,33 @@ use std::os::fd::{AsFd, AsRawFd, FromRawFd, OwnedFd};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Maximum standstill of the guard. With its rights it outranks everything, so the bound for silence is for machines that do not grant
-/// them.
+/// Maximum stall of the guard. With its privileges it outranks every other thread; the bound for silence is for machines that do not
+/// grant them.
 const GUARD: Bounds = Bounds { silent_ns: 1_000_000_000, stopped_ns: 100_000_000 };
-/// Time that the guard is given to report its observation, which may be why it ended the process; after that, the watcher reports.
+/// Time within which the guard must report its observation, which may be the reason why it ended the process; after that, the watcher
+/// reports.
 const SAID_NS: i64 = 1_000_000_000;
-/// Priority below the guard, and above the plants and every kernel.
+/// Priority below that of the guard, and above those of the plants and of every kernel.
 const PRIORITY: u8 = 98;
 
-/// State that the watcher's thread shares with threads that register. No lock is held across a wait.
+/// State shared by the watcher's thread and the threads that register processes. No lock is held while waiting.
 pub(crate) struct Watcher {
     pub hearts: Hearts,
     wards: Mutex<Wards>,
-    /// `None` while there is no guard to check.
+    /// Guard process to check; `None` if there is none.
     guard: Mutex<Option<Present>>,
-    /// Wakes the thread because there is another process to wait for.
+    /// Wakes the thread when there is a new process to wait for.
     wakes: Wakes,
-    /// True if the exited guard was ended by the watcher.
+    /// True if the guard that has exited was ended by this watcher.
     is_ended: AtomicBool,
     ends: AtomicBool,
-    /// True if it also watches the registered processes; otherwise, another watcher does.
+    /// True if this watcher also watches the registered processes; otherwise, another watcher does.
     watches: bool,
 }
 
 /// The serving guard process.
 struct Present {
-    /// True if it has taken the registrations.
+    /// True if the guard has taken over the registrations.
     guards: bool,
     process: OwnedFd,
     stops: Stops,
@@ -82,7 +83,7 @@ fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Watcher {
-    /// Makes a watcher. Fails if no descriptors are left.
+    /// Creates a watcher. Fails if no descriptors are left.
     pub fn new(hearts: Hearts, watches: bool) -> io::Result<Watcher> {
         let (is_ended, ends) = (AtomicBool::new(false), AtomicBool::new(false));
         Ok(Watcher { hearts, wards: Mutex::default(), guard: Mutex::default(), wakes: Wakes::new()?, is_ended, ends, watches })
@@ -99,7 +100,8 @@ impl Watcher {
         self.wakes.wake();
     }
 
-    /// Registers the guard process: a child of ours, or of a previous supervisor. Until it `guards`, this thread does.
+    /// Registers the guard process: a child of this process, or of a previous supervisor. Until it `guards`, this thread guards in its
+    /// place.
     pub fn guarded_by(&self, child: Option<&Child>, link: &Arc<UnixLink>, guards: bool) {
         let process = match child {
             Some(child) => child.descriptor(),
@@ -112,26 +114,26 @@ impl Watcher {
         });
     }
 
-    /// Records that the guard has taken the registrations.
+    /// Records that the guard has taken over the registrations.
     pub fn is_guarded(&self) {
         if let Some(guard) = locked(&self.guard).as_mut() {
             guard.guards = true;
         }
     }
 
-    /// Records that the guard has exited. Returns true if it was ended here because it stood still.
+    /// Records that the guard has exited. Returns true if the watcher ended it because it had stalled.
     pub fn is_gone(&self) -> bool {
         *locked(&self.guard) = None;
         self.is_ended.swap(false, Ordering::AcqRel)
     }
 
-    /// Ends the watcher's thread.
+    /// Stops the watcher's thread.
     pub fn end(&self) {
         self.ends.store(true, Ordering::Release);
         self.wakes.wake();
     }
 
-    /// Watches until the end. Calls `lost` with each loss, some time after it was noticed.
+    /// Watches until [`end`](Self::end) is called. Calls `lost` for each loss, some time after it was noticed.
     pub fn run(&self, lost: impl Fn(Loss)) {
         // Without the priority the watcher is only less punctual.
         let _granted = scheduling::prioritise(PRIORITY, Children::Ordinary);
@@ -158,7 +160,7 @@ impl Watcher {
         }
     }
 
-    /// Waits until a process ends, the guard's link breaks, or the next check is due.
+    /// Waits until a process exits, the guard's link breaks, or the next check is due.
     fn wait(&self) {
         let wait = |number: i32, events| libc::pollfd { fd: number, events, revents: 0 };
         let mut waits = vec![wait(self.wakes.0.as_raw_fd(), libc::POLLIN)];
@@ -180,7 +182,7 @@ impl Watcher {
         }
     }
 
-    /// Returns true if the guard watches. A guard that stands still is useless: it is ended, and its supervisor starts another one.
+    /// Returns true if the guard watches. A guard that has stalled is useless: it is ended, and its supervisor starts another one.
     fn serves(&self, now_ns: i64) -> bool {
         let mut present = locked(&self.guard);
         let Some(guard) = present.as_mut() else { return false };
@@ -194,7 +196,7 @@ impl Watcher {
     }
 }
 
-/// Returns true if a guard that does not end is held stopped, and would stay forever.
+/// Returns true if a guard that does not exit is being held stopped, and would never exit.
 pub(crate) fn is_stopped(child: &Child) -> bool {
     child.descriptor().is_ok_and(|process| pid_of(process.as_fd()).is_ok() && Stops::of(process.as_fd()).now())
 }

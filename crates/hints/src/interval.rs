@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Intervals of numbers, `(0, 10]`, and the unit probably meant by a number far outside.
+//! Intervals of numbers, such as `(0, 10]`, and the unit probably meant if a number is far outside.
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 use std::str::FromStr;
 
-/// An interval of numbers, from `least` to `most`. As text `[0, 1]` or `(0, inf)`: a round bracket excludes its end.
+/// An interval of numbers, from `least` to `most`. Written `[0, 1]` or `(0, inf)`: a round bracket excludes the end.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
     pub least: f64,
@@ -22,7 +22,7 @@ impl Interval {
         Interval { least, most, is_above: false }
     }
 
-    /// Returns the interval above `least`, up to and including `most`.
+    /// Returns the interval from `least`, excluded, to `most`, included.
     pub const fn above(least: f64, most: f64) -> Interval {
         Interval { least, most, is_above: true }
     }
@@ -36,12 +36,12 @@ impl Interval {
         read.unwrap_or((declared.trim(), None))
     }
 
-    /// Returns true if the number is inside. NaN never is.
+    /// Returns true if the interval contains the number. It never contains NaN.
     pub fn contains(&self, number: f64) -> bool {
         (self.least..=self.most).contains(&number) && !(self.is_above && number == self.least)
     }
 
-    /// Returns a human-readable form: `above 0 to 10`, `at least 0`; `shown` formats a number.
+    /// Returns a human-readable description: `above 0 to 10`, `at least 0`; `shown` formats a number.
     pub fn in_words(&self, shown: impl Fn(f64) -> String) -> String {
         match *self {
             Interval { least: f64::NEG_INFINITY, most: f64::INFINITY, .. } => "every number".to_owned(),
@@ -51,8 +51,8 @@ impl Interval {
         }
     }
 
-    /// Returns the probable meaning of a plain number far beyond the interval that would be inside in a smaller unit: as text, `200
-    /// mm/s`, and in `unit`. The interval is that of `from` plus the number.
+    /// Returns the probable meaning of a number without a unit that is far outside the interval but would be inside in a smaller unit: as
+    /// text, `200 mm/s`, and converted to `unit`. The interval applies to the sum of `from` and the number.
     pub fn meant(&self, given: f64, from: f64, unit: &str) -> Option<(String, f64)> {
         let beyond = (from + given - self.most).max(self.least - (from + given));
         let width = if unit.contains("rad") { (self.most - self.least).max(TAU) } else { self.most - self.least };
@@ -61,7 +61,7 @@ impl Interval {
     }
 }
 
-/// Returns the unit most often meant by a plain number that is far too large: degrees for rad, mm for m, ms for s, g for kg.
+/// Returns the unit most often meant by a number without a unit that is far too large: degrees for rad, mm for m, ms for s, g for kg.
 fn smaller(unit: &str) -> Option<(String, f64)> {
     let (above, below) = unit.split_once('/').map_or((unit, String::new()), |(above, below)| (above, format!("/{below}")));
     let (smaller, factor) = match above {

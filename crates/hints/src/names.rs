@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! "did you mean": the nearest existing name.
+//! "did you mean": the most similar existing name.
 
-/// Returns the candidate that `word` most likely means, if one is near: at most a third of its letters differ, or they are equal except
-/// for case, or one is the last part of the other, or one begins with the other and has one letter more.
+/// Returns the candidate that `word` most probably means, if one is similar: at most a third of the letters differ, or they are equal
+/// except for case, or one is the last part of the other, or one is the other with one letter appended.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let most = word.chars().count() / 3;
     let lower = word.to_lowercase();
@@ -24,7 +24,7 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
     best.map(|(_, candidate)| candidate)
 }
 
-/// Returns `did you mean 'x'?`, or else a list of the candidates (at most eight), or an empty string if there are none.
+/// Returns `did you mean 'x'?`, otherwise a list of the candidates (at most eight), or an empty string if there are none.
 pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
     let candidates: Vec<&str> = candidates.into_iter().take(10_000).collect();
     match nearest(word, candidates.iter().copied()) {
@@ -43,7 +43,7 @@ fn is_longer(long: &str, short: &str) -> bool {
     !short.is_empty() && long.strip_prefix(short).is_some_and(|rest| rest.chars().count() == 1)
 }
 
-/// Returns the number of edits (insert, delete, replace, swap of neighbours) from one word to the other.
+/// Returns the number of edits (insert, delete, replace, swap of adjacent letters) from one word to the other.
 fn distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
     let mut before = vec![0; b.len() + 1];

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Latency of a value from one host to another, compared with the same bytes over bare zenoh, alternating in one run. Each row is one
-//! JSON line.
+//! Latency of a value from one host to another, compared with the same bytes over bare zenoh, alternating in one run. Each row is printed
+//! as one JSON line.
 //!
 //!     bench ROUNDS
 //!
-//! This process listens, and a second one echoes. Over loopback both carriers are plain; over a veth pair into a network namespace, which
-//! needs the privilege to create one, both use TLS with certificates. A latency is half a round trip at 200 Hz, from a thread of one
-//! process to a thread of the other: a value (a row) wakes its reader; a group is found by a reader that polls every 20 µs.
+//! This process listens, and a second one echoes. Over loopback, both carriers are plain; over a veth pair into a network namespace,
+//! which needs the privilege to create one, both use TLS with certificates. A latency is half a round trip at 200 Hz, from a thread of
+//! one process to a thread of the other: a value (a row) wakes its reader; a group is found by a reader that polls every 20 µs.
 #[path = "../tests/common/authority.rs"]
 mod authority;
 use authority::Authority;
@@ -76,11 +76,11 @@ impl Way {
     }
 }
 
-/// One end of a path: sends bytes, and takes those that arrive.
+/// One end of a path, which sends bytes and receives the bytes that arrive.
 trait Carries {
-    /// Sends bytes; returns false if there is no space because the other side has not read for a while, as on a busy machine.
+    /// Sends bytes; returns false if a buffer is full because the other side has not read for a while, as on a busy machine.
     fn send(&mut self, bytes: &[u8]) -> bool;
-    /// Takes an arrival; returns true if there was one.
+    /// Receives available bytes; returns true if there were any.
     fn take(&mut self) -> bool;
 }
 
@@ -119,7 +119,7 @@ impl Carries for Ours {
     }
 }
 
-/// One end of the same path with zenoh alone.
+/// One end of the same path over bare zenoh.
 struct Bare {
     publisher: zenoh::pubsub::Publisher<'static>,
     came: Arc<Mutex<Option<Vec<u8>>>>,
@@ -152,10 +152,10 @@ impl Carries for Bare {
     }
 }
 
-/// Length, whether the reader is woken, whether the path is ours, the carrier, and the waiting thread.
+/// Path under test: its length, true if the reader is woken, true if it is ours, the carrier, and the waiting thread.
 type WayUnderTest = (usize, bool, bool, Box<dyn Carries + Send>, Arc<OnceLock<Thread>>);
 
-/// Returns all paths of one side: ours and bare alternating, by length, woken or polling.
+/// Returns all paths of one side, by length, woken or polling, alternating between ours and bare ones.
 fn ways(hosts: &Hosts, session: &zenoh::Session, near: bool) -> Vec<WayUnderTest> {
     let mut ways: Vec<WayUnderTest> = Vec::new();
     for (at, len) in LENGTHS.into_iter().enumerate() {
@@ -170,7 +170,7 @@ fn ways(hosts: &Hosts, session: &zenoh::Session, near: bool) -> Vec<WayUnderTest
     ways
 }
 
-/// Waits until bytes have arrived: woken, or polling every 20 µs. Returns false on timeout.
+/// Waits until bytes have arrived, either woken or polling every 20 µs. Returns false on timeout.
 fn await_one(way: &mut dyn Carries, woken: bool, limit: Duration) -> bool {
     let until = Instant::now() + limit;
     while !way.take() {
@@ -289,7 +289,7 @@ fn free_port() -> u16 {
     listener.local_addr().expect("it is bound").port()
 }
 
-/// A veth pair: 10.98.7.1 here, 10.98.7.2 in its own namespace.
+/// A veth pair, with 10.98.7.1 on this side and 10.98.7.2 in a separate namespace.
 struct Cable {
     namespace: String,
     near: String,

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Offset of another host's clocks from this one's, measured by pings.
 //!
-//! A ping that left at t0, was answered at t1 of the other clock, and whose answer arrived at t3, yields the offset t1 − (t0 + t3) / 2
-//! with an error of at most (t3 − t0) / 2, however the delay is split between the two directions. The ping with the smallest round trip
-//! of a window is the most precise; the possible drift of the clocks since then is added to the error.
+//! A ping sent at t0, answered at t1 on the other clock, whose answer arrived at t3, yields the offset t1 − (t0 + t3) / 2 with an error
+//! of at most (t3 − t0) / 2, however the delay is split between the two directions. The ping with the shortest round trip in a window is
+//! the most precise; the possible drift of the clocks since that ping is added to the error.
 use std::collections::VecDeque;
 
 /// Number of pings in a window.
 const WINDOW: usize = 64;
-/// Maximum drift between two crystals, parts per million.
+/// Maximum drift between two oscillators, parts per million.
 const DRIFT_PPM: i64 = 50;
 
 /// Offset of another host's clocks from this one's.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ClockOffset {
-    /// The other's CLOCK_MONOTONIC minus this one's, ns; published times are converted by it. It may amount to days, because that clock
-    /// starts at boot.
+    /// CLOCK_MONOTONIC of the other host minus this host's, ns; used to convert published times. It may amount to days, because that
+    /// clock starts at boot.
     pub clock_offset_ns: i64,
     /// Maximum error of the offset, ns.
     pub uncertainty_ns: i64,
-    /// The other's CLOCK_REALTIME minus this one's, ns, with the same uncertainty; PTP or NTP keeps it small.
+    /// CLOCK_REALTIME of the other host minus this host's, ns, with the same uncertainty; PTP or NTP keeps it small.
     pub wall_offset_ns: i64,
 }
 
@@ -29,13 +29,13 @@ impl ClockOffset {
         ClockOffset { clock_offset_ns: -self.clock_offset_ns, wall_offset_ns: -self.wall_offset_ns, ..self }
     }
 
-    /// Returns the value that is compared with the limit: the uncertainty, or the offset of the wall clocks, whichever is larger.
+    /// Returns the larger of the uncertainty and the offset of the wall clocks; this value is compared with the limit.
     pub fn worst_ns(&self) -> i64 {
         self.uncertainty_ns.max(self.wall_offset_ns.saturating_abs())
     }
 }
 
-/// Report that clocks no longer agree as well as required, or do so again.
+/// Report that the clocks no longer agree within the limit, or that they agree again.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ClockReport {
     /// Name of the other host.
@@ -84,7 +84,7 @@ impl Agreement {
         self.pings.push_back(ping);
     }
 
-    /// Returns the offset measured by the pings, or `None` before the first.
+    /// Returns the offset measured by the pings; `None` before the first ping.
     pub(crate) fn offset(&self) -> Option<ClockOffset> {
         let newest_ns = self.pings.back()?.came_ns;
         let uncertainty_ns = |ping: &Ping| ping.round_trip_ns() / 2 + 1 + (newest_ns - ping.came_ns) * DRIFT_PPM / 1_000_000;
@@ -107,7 +107,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Returns a ping between clocks that differ by `offset_ns`, with these travel times.
+    /// Returns a ping between clocks that differ by `offset_ns`, with these one-way delays.
     fn ping(left_ns: i64, there_ns: i64, back_ns: i64, offset_ns: i64) -> Ping {
         let answered_ns = left_ns + there_ns + offset_ns;
         Ping { left_ns, came_ns: left_ns + there_ns + back_ns, left_wall_ns: left_ns + 7, answered_ns, answered_wall_ns: answered_ns + 9 }

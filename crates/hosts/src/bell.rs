@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The bell between real-time ends and the bridge.
+//! The bell with which real-time ends wake the bridge.
 //!
 //! | | real-time end | bridge |
 //! |---|---|---|
@@ -10,14 +10,14 @@
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::time::Duration;
 
-/// Maximum number of ends with a bell in one process.
+/// Maximum number of ends that share a bell in one process.
 pub(crate) const SLOTS: usize = 4096;
 const WORDS: usize = SLOTS / 64;
 const _: () = assert!(WORDS == 64, "one word says which words have news");
 
 pub(crate) struct Bell {
     rung: Box<[AtomicU64; WORDS]>,
-    /// Words of `rung` that have news.
+    /// Bit mask of the words of `rung` that have new entries.
     news: AtomicU64,
     state: AtomicU32,
 }
@@ -41,7 +41,7 @@ impl Bell {
         }
     }
 
-    /// Sleeps until the bell rings, for at most `limit`. Only the bridge calls it.
+    /// Sleeps until the bell rings, for at most `limit`. Called only by the bridge.
     pub(crate) fn wait(&self, limit: Duration) {
         if self.state.compare_exchange(QUIET, SLEEPS, Ordering::AcqRel, Ordering::Acquire).is_ok() {
             futex_wait(&self.state, SLEEPS, limit);
@@ -50,7 +50,7 @@ impl Bell {
         self.state.swap(QUIET, Ordering::AcqRel);
     }
 
-    /// Takes the slots that rang since the last call, after [`wait`](Self::wait). Only the bridge calls it.
+    /// Takes the slots that rang since the last call. Call it after [`wait`](Self::wait); called only by the bridge.
     pub(crate) fn take(&self, mut each: impl FnMut(usize)) {
         let mut news = self.news.swap(0, Ordering::AcqRel);
         while news != 0 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The bridge: the only thread of a host that serves its ends, and the state that it shares with the threads on which packets arrive.
+//! The bridge: the only thread of a host that serves its ends, and the state that it shares with the threads that receive packets.
 use crate::agreement::Ping;
 use crate::bell::Bell;
 use crate::control::Control;
@@ -15,18 +15,18 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Period at which the bridge checks for due work, ns.
+/// Period at which the bridge checks for work that is due, ns.
 const TICK_NS: i64 = 10_000_000;
-/// Delay of a tick from which on the process is assumed to have been stopped, ns.
+/// Delay of a tick above which the process is assumed to have been suspended, ns.
 const STOOD_STILL_NS: i64 = 250_000_000;
-/// Period at which a joined host requests the time, ns.
+/// Period at which a joined host pings the listener for its time, ns.
 const PING_NS: i64 = 100_000_000;
-/// Number of pings at the start that are sent at every tick.
+/// Number of initial pings, which are sent at every tick.
 const QUICK_PINGS: usize = 16;
-/// Time limit for the last frames when a host leaves.
+/// Time limit for sending the last frames when a host leaves.
 const GOODBYE: Duration = Duration::from_secs(1);
 
-/// State of a host except its thread.
+/// State of a host, without its thread.
 pub(crate) struct Core {
     pub(crate) options: Options,
     pub(crate) wire: Arc<dyn Network>,
@@ -46,7 +46,7 @@ pub(crate) struct Core {
     stops: AtomicBool,
 }
 
-/// Prefix of all keys of a system.
+/// Returns the prefix of all keys of a system.
 pub(crate) fn root(system: &str) -> String {
     format!("opengpac/{system}")
 }
@@ -75,7 +75,8 @@ impl Core {
         root(&self.options.system)
     }
 
-    /// Returns the key prefix of this run of the system: unlike earlier runs, because a listener draws a new number each time.
+    /// Returns the key prefix of this run of the system. It differs from that of earlier runs because a listener draws a new random
+    /// number each time.
     pub(crate) fn base(&self) -> String {
         format!("{}/{:x}", self.root(), self.listener)
     }
@@ -89,7 +90,7 @@ impl Core {
         self.subscriptions.lock().unwrap_or_else(PoisonError::into_inner).push(subscription);
     }
 
-    /// Waits until a condition on the other hosts holds; returns false if it does not hold in time.
+    /// Waits until a condition on the other hosts holds; returns false if it does not hold by `until`.
     pub(crate) fn wait_for_peers(&self, until: Instant, holds: impl Fn(&Peers) -> bool) -> bool {
         let mut peers = self.peers();
         loop {
@@ -119,7 +120,7 @@ impl Core {
         outlet.send(control.emit());
     }
 
-    /// Handles a received control packet.
+    /// Handles a control packet.
     fn heard(&self, bytes: &[u8]) {
         let (now_ns, now_wall_ns) = (self.time.steady_ns(), self.time.wall_ns());
         match Control::parse(bytes) {
@@ -225,7 +226,7 @@ impl Core {
         idle.into_inner()
     }
 
-    /// Notifies all other hosts that this one leaves.
+    /// Notifies all other hosts that this host is leaving.
     fn bye(&self) {
         let others: Vec<u64> = self.outlets.lock().unwrap_or_else(PoisonError::into_inner).keys().copied().collect();
         others.into_iter().for_each(|host| self.say(host, &Control::Bye { from: self.id }));

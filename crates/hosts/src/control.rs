@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Control messages between hosts, in addition to values and commands: identity, time, and leave. All fields are little-endian: eight
-//! bytes of checksum, one byte for the kind, then the fields of that kind. A text is four bytes of length and UTF-8.
+//! Control messages between hosts, other than values and commands: identity, time, and leaving. All fields are little-endian: an
+//! eight-byte checksum, one byte for the kind, then the fields of that kind. A text is a four-byte length followed by UTF-8.
 use crate::agreement::ClockOffset;
 use crate::secret::{DRAWN_LEN, PROOF_LEN};
 use interconnect::message::packet::checksum;
 
-/// Version of everything that is sent between hosts. Hosts with different versions refuse each other.
+/// Version of the protocol between hosts. Hosts with different versions reject each other.
 pub const PROTOCOL_VERSION: u32 = 2;
 
 /// Maximum length of a name, target or reason, bytes.
@@ -15,15 +15,15 @@ const TEXT_BYTES_MAX: usize = 1024;
 pub(crate) enum Control {
     /// A host's request to join.
     Hello(Hello),
-    /// The host is admitted by the host with this number. `proof` shows that it has the secret, if there is one.
+    /// The host is admitted by the host with this number. `proof` shows that the admitting host has the secret, if one is used.
     Welcome { id: u64, name: String, target: String, proof: [u8; PROOF_LEN] },
     /// The host is not admitted.
     Refusal { reason: String },
-    /// Request for the time, with the requesting host's present estimate: the listener's clocks minus its own.
+    /// Request for the time, with the requesting host's current estimate: the listener's clocks minus its own.
     Ping { from: u64, left_ns: i64, left_wall_ns: i64, offset: Option<ClockOffset> },
     /// The time of the answering host.
     Pong { from: u64, left_ns: i64, left_wall_ns: i64, answered_ns: i64, answered_wall_ns: i64 },
-    /// The host leaves.
+    /// The host is leaving.
     Bye { from: u64 },
 }
 
@@ -32,12 +32,12 @@ pub(crate) enum Control {
 pub(crate) struct Hello {
     pub(crate) protocol: u32,
     pub(crate) abi: u32,
-    /// Byte order of the values, which are sent as they lie in memory.
+    /// Byte order of the values, which are sent as they are stored in memory.
     pub(crate) little_endian: bool,
     pub(crate) id: u64,
     pub(crate) name: String,
     pub(crate) target: String,
-    /// Random number with which the listener has to prove that it has the secret.
+    /// Random challenge for which the listener must prove that it has the secret.
     pub(crate) drawn: [u8; DRAWN_LEN],
 }
 

@@ -21,7 +21,7 @@ pub(crate) enum Scheme {
 }
 
 impl Endpoint {
-    /// Returns true if the peer can only be on this host: every address to which the name resolves is a loopback address.
+    /// Returns true if the peer can only be on this host, because every address to which the name resolves is a loopback address.
     pub(crate) fn is_loopback(&self) -> bool {
         let bare = self.host.trim_start_matches('[').trim_end_matches(']');
         if let Ok(address) = bare.parse::<IpAddr>() {

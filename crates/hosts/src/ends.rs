@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The two ends of a connection between hosts. Real-time threads touch only memory of this process: the triple buffer and the queue of
-//! `interconnect`, and the bell. The bridge and the threads on which packets arrive do the rest.
+//! The two ends of a connection between hosts. Real-time threads access only memory of this process: the triple buffer and the queue of
+//! `interconnect`, and the bell. The bridge and the threads that receive packets do the rest.
 //!
 //! | | real-time writer | bridge | real-time reader |
 //! |---|---|---|---|
 //! | may block another | never | never a real-time thread | never |
-//! | steps | those of memory, then the bell | locks, sends, allocates | those of memory; the bell if the writer waits for room |
-//! | if another is stopped or killed anywhere | continues; `Full` when the queue is | continues | continues with the last complete group |
+//! | steps | those of memory, then the bell | locks, sends, allocates | those of memory; the bell if the writer waits for space |
+//! | if another is stopped or killed anywhere | continues; `Full` when the queue is full | continues | continues with the last complete group |
 use crate::bell::Bell;
 use crate::inbound::Inbound;
 use crate::network::{Outlet, Subscription};
@@ -18,13 +18,13 @@ use interconnect::{Carrier, ConnectionSpec, Full, Header, Memory, Receiver, Send
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Minimum number of rows of a connection that may be in transit, in addition to those pending at the reader.
+/// Minimum number of rows of a connection that may be in transit, in addition to the rows pending at the reader.
 const WINDOW_MIN: usize = 64;
-/// Time for which a dropped writing end is kept, to deliver its last values, ns.
+/// Time for which a dropped writing end is kept in order to deliver its last values, ns.
 const LINGER_NS: i64 = 5_000_000_000;
 
 /// Returns the number of rows of a connection that may be in transit: as many as may be pending at the reader, so that a delayed network,
-/// or a delayed thread of it, loses no more than a delayed reader. Both sides compute the same number.
+/// or a delayed network thread, causes no more loss than a delayed reader. Both sides compute the same number.
 fn window(spec: &ConnectionSpec) -> usize {
     if spec.queue_depth == 0 { 0 } else { spec.queue_depth.max(WINDOW_MIN) }
 }
@@ -33,13 +33,13 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// State shared by both sides of an end in this process.
+/// State of an end that its two sides in this process share.
 struct SharedEnd {
-    /// In a writing end: number of rows that may have been pushed; in a reading end: number of rows popped.
+    /// Writing end: number of rows that may have been pushed. Reading end: number of rows popped.
     count: AtomicU64,
     /// True if the real-time end was dropped.
     gone: AtomicBool,
-    /// True if the writer waits for room, so that the reader's pops ring the bell.
+    /// True if the writer waits for space, so the reader rings the bell when it pops rows.
     starved: AtomicBool,
 }
 
@@ -107,7 +107,7 @@ impl Writing {
         });
     }
 
-    /// Lets the state create packets, and sends them after unlocking it: their receiver may answer at once, on this thread.
+    /// Creates packets from the state, and sends them after unlocking it, because their receiver may answer immediately, on this thread.
     fn send(&self, make: impl FnOnce(&mut WritingState, &mut Packets)) {
         let mut out = Packets::new();
         make(&mut locked(&self.state), &mut out);
@@ -266,7 +266,7 @@ impl Reading {
         made
     }
 
-    /// Checks how many rows were popped, and whether the writer waits for more room.
+    /// Checks how many rows were popped, and whether the writer is waiting for space.
     fn look(&self, state: &mut ReadingState) {
         state.inbound.popped(self.shared.count.load(Ordering::Acquire));
         let starved = self.depth > 0 && state.inbound.waiting() >= self.depth;
@@ -359,7 +359,7 @@ impl Drop for HostReceiver {
     }
 }
 
-/// Parses a packet of this connection; returns `None` if it is damaged or belongs to another one.
+/// Parses a packet of this connection; returns `None` if it is corrupted or belongs to another connection.
 fn parse(bytes: &[u8], connection: u64) -> Option<Repr<'_>> {
     let repr = Repr::parse(Packet::new_checked(bytes).ok()?).ok()?;
     (repr.connection == connection).then_some(repr)

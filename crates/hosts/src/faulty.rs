@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A test wire that drops, repeats, reorders and corrupts packets, chosen by a seed. It wraps any other wire, between the protocol and
+//! A test wire that drops, repeats, reorders and corrupts packets, as chosen by a seed. It wraps any other wire, between the protocol and
 //! zenoh. (On a byte stream such faults end the session, so they never appear above it.)
 use crate::network::{Arrival, Network, NetworkError, Outlet, Subscription, Urgency};
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Faults of a wire. Probabilities are from 0 to 1, each drawn for each packet.
+/// Faults of a wire. Probabilities range from 0 to 1 and apply to each packet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct WireFaults {
     /// Probability that a packet is lost.
     pub drop: f64,
     /// Probability that a packet arrives twice.
     pub repeat: f64,
-    /// Probability that a packet is held back until one to eight others have left.
+    /// Probability that a packet is held back until one to eight others have been sent.
     pub reorder: f64,
     /// Probability that one to three bits of a packet are flipped.
     pub corrupt: f64,
 }
 
 impl WireFaults {
-    /// Returns faults of every kind: one packet in ten lost, repeated, held back, corrupted.
+    /// Returns faults of every kind: one packet in ten is lost, repeated, held back or corrupted.
     pub fn every() -> Self {
         WireFaults { drop: 0.1, repeat: 0.1, reorder: 0.1, corrupt: 0.1 }
     }
@@ -72,7 +72,7 @@ impl Network for Faulty {
 struct FaultyOutlet {
     outlet: Box<dyn Outlet>,
     state: Arc<Mutex<State>>,
-    /// Packets that are held back, each with the number of others that leave first.
+    /// Packets that are held back, each with the number of packets to send before it.
     held: Mutex<VecDeque<(u64, Vec<u8>)>>,
 }
 
@@ -123,7 +123,7 @@ impl State {
         ((self.next() >> 11) as f64) < probability * (1u64 << 53) as f64
     }
 
-    /// Returns the next number of SplitMix64 (Steele, Lea, Flood 2014).
+    /// Returns the next SplitMix64 number (Steele, Lea, Flood 2014).
     fn next(&mut self) -> u64 {
         self.random = self.random.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.random ^ (self.random >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A host of a system that consists of several: listening or joined.
+//! A host of a system that consists of several hosts: it either listens or has joined.
 use crate::agreement::ClockOffset;
 use crate::bridge::{Bridge, Core};
 use crate::control::{Control, Hello, PROTOCOL_VERSION};
@@ -17,15 +17,15 @@ use std::sync::mpsc;
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
-/// Target of this build.
+/// Target platform of this build.
 pub const TARGET: &str = env!("OPENGPAC_TARGET");
 
-/// Number of ping answers that a joining host waits for: without them it has no usable offset of the clocks.
+/// Number of ping answers that a joining host waits for, because it has no usable clock offset before.
 const PINGS_TO_JOIN: usize = 4;
 /// Period at which a joining host sends hellos, ms.
 const HELLO_MS: u64 = 100;
 
-/// A host's part in a system of several. Clones share it; when the last one is dropped, the host leaves.
+/// A host's membership in a system of several hosts. Clones share it; the host leaves when the last one is dropped.
 #[derive(Clone)]
 pub struct Hosts(Arc<Bridge>);
 
@@ -91,19 +91,19 @@ impl Hosts {
         Ok(Hosts(bridge))
     }
 
-    /// Returns the other hosts: all that have joined, or the listening one.
+    /// Returns the other hosts: on the listening host all that have joined, on a joined host only the listening one.
     pub fn peers(&self) -> Vec<Peer> {
         let now_ns = self.0.core.time.steady_ns();
         self.0.core.peers().all(now_ns)
     }
 
-    /// Waits until a host has joined and its clock has been measured; returns false if this does not happen within `limit`.
+    /// Waits until a host has joined and its clock has been measured, but at most for `limit`; returns false if this did not happen.
     pub fn wait_for(&self, name: &str, limit: Duration) -> bool {
         let measured = |peers: &crate::peers::Peers| peers.id(name).is_some_and(|id| peers.offset(id).is_some());
         self.0.core.wait_for_peers(Instant::now() + limit, measured)
     }
 
-    /// Returns the link with this number to a host, for commands. Each side opens it once, in any order.
+    /// Opens the link with this number to a host, for commands. Each side opens it once, in any order.
     ///
     /// # Errors
     /// Fails if no such host has joined, or if it has left.
@@ -129,12 +129,12 @@ impl Hosts {
         self.0.core.time.set_epoch(epoch_ns);
     }
 
-    /// Converts an instant of the listening host's CLOCK_MONOTONIC to this host's, ns, so that timers of all hosts count from one epoch.
+    /// Converts a time of the listening host's CLOCK_MONOTONIC to this host's, ns, so that the timers of all hosts share one epoch.
     pub fn here_ns(&self, listener_ns: i64) -> i64 {
         self.0.core.time.here_ns(listener_ns)
     }
 
-    /// Returns the offset of another host's clocks from this one's, or `None` for a host that is unknown or not measured yet.
+    /// Returns the offset of another host's clocks from this one's; `None` if the host is unknown or has not been measured yet.
     pub fn clock_offset(&self, host: &str) -> Option<ClockOffset> {
         let peers = self.0.core.peers();
         peers.id(host).and_then(|id| peers.offset(id))
@@ -197,7 +197,7 @@ pub fn wire_to_join(options: &Options) -> Result<Arc<dyn Network>, JoinError> {
     Ok(Arc::new(ZenohWire::open(options, &options.check()?, Side::Joins)?))
 }
 
-/// Returns the port of an endpoint that has been checked.
+/// Returns the port of a validated endpoint.
 fn port_of(endpoint: &str) -> u16 {
     endpoint.rsplit(':').next().and_then(|port| port.parse().ok()).unwrap_or_default()
 }
@@ -212,7 +212,7 @@ fn with<T>(far: &Weak<T>, act: impl FnOnce(&T)) {
     }
 }
 
-/// Sends hellos until the listening side answers. Returns `None` if there is no answer in time.
+/// Sends hellos until the listening side answers. Returns `None` if it does not answer by `until`.
 fn knock(options: &Options, wire: &dyn Network, (id, port): (u64, u16), until: Instant) -> Result<Option<Control>, NetworkError> {
     let root = crate::bridge::root(&options.system);
     let (heard, answers) = mpsc::channel();

@@ -1,32 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reading side of a connection or link: tracks received packets and creates the answers. Like [`crate::outbound`] it has no clock and no
-//! wire.
+//! Reading side of a connection or link: tracks received packets and creates the answers. Like [`crate::outbound`], it uses neither a
+//! clock nor a wire.
 use crate::outbound::Packets;
 use interconnect::Header;
 use interconnect::message::ends::ReadingEnd;
 use interconnect::message::packet::{Content, Repr};
 
-/// Time without an answer after which the room is reported again, and a reader that has received nothing repeats its request, ns.
+/// Time without an answer after which the available space is reported again, and a reader that has received nothing repeats its request,
+/// ns.
 const ASK_NS: i64 = 50_000_000;
-/// Maximum period of a reader's requests, reached after repeated requests without an answer, ns.
+/// Maximum interval between a reader's requests, reached after repeated requests without an answer, ns.
 const ASK_NS_MAX: i64 = 1_000_000_000;
 
 pub(crate) struct Inbound {
     connection: u64,
     end: ReadingEnd,
     window: u64,
-    /// True if an answer to a group is due; `rows_owed` is the number of rows for which an answer is due.
+    /// True if a group still has to be acknowledged; `rows_owed` is the number of rows that still have to be acknowledged.
     group_owed: bool,
     rows_owed: u64,
-    /// Room that was last reported, and the time of the report.
+    /// Available space that was last reported, and the time of the report.
     told: (u64, i64),
-    /// Time at which the reader requests the present state; `None` once something has arrived.
+    /// Time at which the reader requests the current state; `None` once a packet has arrived.
     ask_ns: Option<i64>,
     ask_interval_ns: i64,
 }
 
 impl Inbound {
-    /// Creates an end for groups of one length and rows of one length (of any length if `None`), of which at most `window` are in
+    /// Creates an end for groups of a fixed length and rows of a fixed length (any length if `None`), with at most `window` rows in
     /// transit.
     pub(crate) fn new(connection: u64, group_len: usize, row_len: Option<usize>, window: usize) -> Self {
         let end = ReadingEnd::new(group_len, row_len);
@@ -42,8 +43,8 @@ impl Inbound {
         }
     }
 
-    /// Handles a packet of the writing side. Returns a publication if it is newer than all previous ones. Damaged, late or repeated
-    /// packets change nothing.
+    /// Handles a packet from the writing side. Returns a publication if it is newer than all previous ones. Corrupted, late or repeated
+    /// packets have no effect.
     pub(crate) fn came(&mut self, content: Content<'_>, out: &mut Packets) -> Option<(Header, Vec<u8>)> {
         match content {
             Content::Group { sequence, header, bytes } => {
@@ -79,17 +80,17 @@ impl Inbound {
         self.end.oldest()
     }
 
-    /// Notes that the reader has popped `count` rows in total, of those that were taken.
+    /// Records that the reader has popped a total of `count` of the rows that were taken.
     pub(crate) fn popped(&mut self, count: u64) {
         self.end.popped(count);
     }
 
-    /// Returns the number of rows that have arrived and have not been popped.
+    /// Returns the number of rows that have arrived but have not been popped.
     pub(crate) fn waiting(&self) -> u64 {
         self.end.waiting()
     }
 
-    /// Sends the answers that are due: few for many packets, or the path back would be as busy as the path there.
+    /// Sends the answers that are due. One answer covers many packets, so that the return path is less busy than the forward path.
     pub(crate) fn tick(&mut self, now_ns: i64, out: &mut Packets) {
         if self.ask_ns.is_some_and(|ask_ns| ask_ns <= now_ns) {
             self.ask_ns = Some(now_ns + self.ask_interval_ns);
@@ -105,7 +106,7 @@ impl Inbound {
         self.tell_room(now_ns, out);
     }
 
-    /// Reports the received state at once, so that the writing side sends anything newer; used after a partition, for example.
+    /// Reports the received state immediately, so that the writing side sends anything newer, for example after a partition.
     pub(crate) fn ask(&mut self, now_ns: i64, out: &mut Packets) {
         (self.group_owed, self.rows_owed) = (true, 1);
         self.tick(now_ns, out);

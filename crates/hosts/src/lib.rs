@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Carries connections, and a supervisor's commands, between hosts over a network.
 //!
-//! One host listens (the supervisor's), the others join it. Zenoh carries packets over TCP or TLS. The sequences, checksums,
-//! acknowledgements and retransmissions of the message link in `interconnect` run on top of it. So whatever the network does, a reader
-//! gets the newest group and never an older or damaged one, and every row in order, exactly once; after a partition it continues by
+//! One host listens (the supervisor's), the others join it. Zenoh carries packets over TCP or TLS. The sequence numbers, checksums,
+//! acknowledgements and retransmissions of the message link in `interconnect` run on top of it. Whatever the network does, a reader
+//! receives the newest group and never an older or corrupted one, and every row in order, exactly once; after a partition it resumes by
 //! itself.
 //!
 //! | module | content |
 //! |---|---|
 //! | `hosts` | listening, joining, and the objects of a host: ends and links |
-//! | `bridge`, `bell`, `slots` | the one thread that serves the ends; how real-time threads call it |
+//! | `bridge`, `bell`, `slots` | the one thread that serves the ends; how real-time threads wake it |
 //! | `ends`, `link` | connections; commands |
 //! | `outbound`, `inbound` | sending, answering and retransmission; without clock or wire |
 //! | `peers`, `control`, `agreement`, `timebase` | the other hosts and their clocks |

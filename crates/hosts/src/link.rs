@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The link between a supervisor and a processor on another host: the protocol of rows, once in each direction. A frame is sent in parts,
-//! so that none is too large for the queues on the path, and values never wait behind a code module.
+//! The link between a supervisor and a processor on another host: the row protocol, once in each direction. A frame is sent in parts, so
+//! that no part is too large for the queues on the path, and values never wait behind a code module.
 use crate::inbound::Inbound;
 use crate::network::{Outlet, Subscription};
 use crate::outbound::{Outbound, Packets};
@@ -13,22 +13,22 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Size of a part of a frame, bytes.
+/// Size of a frame part, bytes.
 const PART_BYTES: usize = 16 * 1024;
 /// Maximum number of parts in transit: the capacity of the wire's queues.
 const WINDOW: usize = 32;
-/// Maximum number of parts that may wait to be received.
+/// Maximum number of parts that may be waiting for the program to receive them.
 const DEPTH: usize = 1024;
-/// Maximum size of a frame: limits the memory for a peer that never ends one.
+/// Maximum size of a frame. Limits the memory that a peer can occupy with a frame that never ends.
 const FRAME_BYTES_MAX: usize = 1 << 28;
-/// Time for which a dropped link is kept, to deliver its last frames, ns.
+/// Time for which a dropped link is kept in order to deliver its last frames, ns.
 const LINGER_NS: i64 = 5_000_000_000;
 
-/// Flag: further parts of the frame follow.
+/// Flag: more parts of the frame follow.
 const MORE: u8 = 0;
-/// Flag: the part is the last of its frame.
+/// Flag: this is the last part of the frame.
 const LAST: u8 = 1;
-/// Flag: no frame follows.
+/// Flag: no more frames follow.
 const CLOSES: u8 = 2;
 
 /// One side of a link.
@@ -42,7 +42,7 @@ pub(crate) struct LinkState {
     room: Condvar,
     inbox: Mutex<Inbox>,
     arrived: Condvar,
-    /// True if nothing can be sent: either side has closed the link, or the other host has left.
+    /// True if nothing more can be sent: either side has closed the link, or the other host has left.
     closed: AtomicBool,
     /// True if the other host has left.
     lost: AtomicBool,
@@ -52,7 +52,7 @@ pub(crate) struct LinkState {
     sending: Mutex<()>,
 }
 
-/// Destinations of this side's parts, and of its answers to the other's.
+/// Outlets for this side's parts, and for its answers to the other side's parts.
 pub(crate) struct Outlets {
     pub(crate) parts: Box<dyn Outlet>,
     pub(crate) answers: Box<dyn Outlet>,
@@ -68,7 +68,7 @@ struct Inbox {
     inbound: Inbound,
     parts: VecDeque<Vec<u8>>,
     frame: Vec<u8>,
-    /// Number of parts that the program has received.
+    /// Number of parts that the program has taken.
     taken: u64,
     /// True if the closing part was received.
     ended: bool,
@@ -142,7 +142,7 @@ impl LinkState {
         packets.into_iter().for_each(|packet| self.outlets.answers.send(packet));
     }
 
-    /// Sends one part, as soon as there is room.
+    /// Sends one part; blocks until there is space.
     fn send_part(&self, part: Vec<u8>) -> Result<(), LinkClosed> {
         let mut packets = Packets::new();
         let mut outbox = self.outbox();
@@ -161,7 +161,7 @@ impl LinkState {
         Ok(())
     }
 
-    /// Ends sending, and wakes threads that wait for room. Returns true for the first caller.
+    /// Stops sending, and wakes threads that wait for space. Returns true for the first caller.
     fn shut(&self) -> bool {
         let first = !self.closed.swap(true, Ordering::AcqRel);
         // A thread that has checked but does not wait yet holds the lock, and must not miss this.
@@ -189,7 +189,7 @@ impl LinkState {
 }
 
 impl Inbox {
-    /// Returns the next frame if it is complete, or `LinkClosed` after the last one.
+    /// Returns the next frame if it is complete; fails with `LinkClosed` after the last one.
     fn frame(&mut self) -> Result<Option<Vec<u8>>, LinkClosed> {
         while let Some(part) = self.parts.pop_front() {
             self.taken += 1;
@@ -294,7 +294,7 @@ impl Link for HostLink {
 }
 
 impl LinkState {
-    /// Returns true if this side has closed the link and expects nothing more from the other.
+    /// Returns true if this side has closed the link and expects no more data from the other side.
     fn closed_here(&self, inbox: &Inbox) -> bool {
         self.closed.load(Ordering::Acquire) && inbox.parts.is_empty()
     }

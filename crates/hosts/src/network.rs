@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Carrier of packets between hosts: delivers them by key to the subscribers of that key. It may lose, repeat and reorder them; the
-//! protocol above compensates for that. The production carrier is zenoh ([`crate::renewing`]); [`crate::Faulty`] adds faults to any
-//! other.
+//! Carrier of packets between hosts: delivers them by key to that key's subscribers. It may lose, repeat and reorder them; the protocol
+//! on top of it compensates for that. In production, the carrier is zenoh ([`crate::renewing`]); [`crate::Faulty`] adds faults to any
+//! carrier.
 use std::fmt;
 use std::sync::Arc;
 
@@ -13,7 +13,7 @@ pub trait Network: Send + Sync {
     /// Fails if the connection can no longer be used.
     fn outlet(&self, key: &str, urgency: Urgency) -> Result<Box<dyn Outlet>, NetworkError>;
 
-    /// Calls `came` with every packet of a key, on any thread but a real-time one, until the subscription is dropped.
+    /// Calls `came` with every packet of a key, on any non-real-time thread, until the subscription is dropped.
     ///
     /// # Errors
     /// Fails if the connection can no longer be used.
@@ -27,19 +27,19 @@ pub trait Network: Send + Sync {
 /// Function that is called with each packet.
 pub type Arrival = Arc<dyn Fn(&[u8]) + Send + Sync>;
 
-/// Subscription, which ends when it is dropped.
+/// Subscription. Dropping it ends it.
 pub type Subscription = Box<dyn Send + Sync>;
 
 /// Outlet for packets of one key.
 pub trait Outlet: Send + Sync {
-    /// Sends a packet, or loses it. It never waits for the other side.
+    /// Sends a packet, or drops it. Never waits for the other side.
     fn send(&self, packet: Vec<u8>);
 }
 
 /// Priority of packets when many are pending.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Urgency {
-    /// Pings: they have to measure the network, not the queue.
+    /// Pings, which must measure the network rather than the queue.
     Clock,
     /// Groups and rows.
     Values,
@@ -50,7 +50,7 @@ pub enum Urgency {
 /// Reason why a connection between hosts cannot be used.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NetworkError {
-    /// Message for people.
+    /// Human-readable message.
     pub message: String,
 }
 

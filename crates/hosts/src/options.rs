@@ -8,36 +8,36 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Function that is called when clocks no longer agree as well as required, and when they do again.
+/// Function that is called when the clocks no longer agree within the limit, and when they agree again.
 pub type ClockWatch = Arc<dyn Fn(&ClockReport) + Send + Sync>;
 
-/// Options of a host's part in a real-time system.
+/// Options of a host in a real-time system.
 #[derive(Clone)]
 pub struct Options {
     /// Name of the real-time system: letters, digits, `-`, `_` and `.`, at most 64.
     pub system: String,
     /// Name of this host, with the same allowed characters as `system`; unique in the system.
     pub name: String,
-    /// Endpoint at which this or the other host listens: `tcp/HOST:PORT` or `tls/HOST:PORT`.
+    /// Endpoint at which the listening host (this one or the other) listens: `tcp/HOST:PORT` or `tls/HOST:PORT`.
     pub endpoint: String,
     /// Security, which determines the hosts that are admitted.
     pub security: Security,
-    /// Version of the block interface in this build's code modules.
+    /// Version of the block interface that this build's code modules use.
     pub abi_version: u32,
-    /// Time for which a host may be silent before it counts as gone and its links are closed. The default is 5 s.
+    /// Maximum silence of a host before it is considered lost and its links are closed. The default is 5 s.
     pub silent_max: Duration,
     /// Time for which [`Hosts::join`](crate::Hosts::join) tries to connect. The default is 10 s.
     pub join_max: Duration,
-    /// Limit of the difference of clocks, ns; `None`, the default, for no limit.
+    /// Maximum difference between the clocks, ns; `None`, the default, for no limit.
     pub clock_limit_ns: Option<i64>,
-    /// Called when the limit is crossed, in either direction.
+    /// Function to call when the limit is crossed, in either direction.
     pub clock_watch: Option<ClockWatch>,
-    /// Clocks of this host.
+    /// Clocks used by this host.
     pub clocks: Clocks,
 }
 
 impl Options {
-    /// Creates the options of a host with all defaults except the secret: without one, no host is admitted.
+    /// Creates the options of a host. All have their defaults except the secret, which must be set: without one, no host is admitted.
     pub fn new(system: &str, name: &str, endpoint: &str) -> Self {
         Options {
             system: system.to_owned(),
@@ -53,7 +53,7 @@ impl Options {
         }
     }
 
-    /// Returns the endpoint if these options are permitted for it.
+    /// Checks that these options are permitted for their endpoint, and returns it.
     pub(crate) fn check(&self) -> Result<Endpoint, JoinError> {
         for (what, name) in [("system", &self.system), ("host", &self.name)] {
             let fits = !name.is_empty() && name.len() <= 64 && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
@@ -70,29 +70,29 @@ impl Options {
 /// Security, which determines the hosts that are admitted. The key file of a certificate must be readable by its owner only.
 #[derive(Clone)]
 pub enum Security {
-    /// Admits programs of this host that have a secret, which is never transmitted: each side proves that it has it. Only for loopback
-    /// addresses, `tcp/127.0.0.1:PORT`, which other users of this host can reach too.
+    /// Admits programs on this host that have a secret. The secret is never transmitted: each side proves that it has it. Only for
+    /// loopback addresses, `tcp/127.0.0.1:PORT`, which other users of this host can also reach.
     Loopback {
         /// Secret of at least 16 characters without white space; [`secret_of_user`](crate::secret_of_user) provides one for all programs
         /// of a user.
         secret: String,
     },
-    /// TLS; each side presents a certificate of an authority that the other accepts.
+    /// TLS; each side presents a certificate from an authority that the other accepts.
     Certificates {
-        /// PEM file of the authority.
+        /// PEM file of the certificate authority.
         authority: PathBuf,
         /// PEM file of this host's certificate.
         certificate: PathBuf,
         /// PEM file of the certificate's private key.
         key: PathBuf,
     },
-    /// TLS; the listening side presents a certificate, the joining side a token that both share.
+    /// TLS; the listening side presents a certificate, the joining side a token that both sides share.
     Token {
         /// Secret of at least 16 characters without white space.
         token: String,
-        /// PEM file of the authority; required to join.
+        /// PEM file of the certificate authority; required to join.
         authority: Option<PathBuf>,
-        /// PEM files of certificate and private key; required to listen.
+        /// PEM files of the certificate and private key; required to listen.
         certificate: Option<(PathBuf, PathBuf)>,
     },
 }
@@ -122,7 +122,7 @@ impl Security {
         }
     }
 
-    /// Returns each file: its purpose, its path, and whether it is secret.
+    /// Returns each file with its purpose, its path, and whether it is secret.
     fn files(&self) -> impl Iterator<Item = (&'static str, &Path, bool)> {
         let (authority, certificate, key) = match self {
             Security::Loopback { .. } => (None, None, None),
@@ -157,12 +157,12 @@ impl fmt::Debug for Security {
     }
 }
 
-/// A host's clocks, ns. Tests replace them.
+/// A host's clocks, ns. Tests may replace them.
 #[derive(Clone)]
 pub struct Clocks {
     /// Clock of published times: CLOCK_MONOTONIC.
     pub steady: Arc<dyn Fn() -> i64 + Send + Sync>,
-    /// Clock that PTP or NTP synchronizes with other hosts: CLOCK_REALTIME.
+    /// Clock that PTP or NTP synchronises with other hosts: CLOCK_REALTIME.
     pub wall: Arc<dyn Fn() -> i64 + Send + Sync>,
 }
 

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Writing side of a connection or link: sends packets, and retransmits them if they are not answered. It has no clock and no wire: the
-//! caller passes the time and sends the packets that it receives.
+//! Writing side of a connection or link: sends packets, and retransmits them if they are not answered. It uses neither a clock nor a
+//! wire: the caller passes the time and sends the created packets.
 use interconnect::Header;
 use interconnect::message::ends::WritingEnd;
 use interconnect::message::packet::{Content, Repr};
 
 /// Time without an answer after which a packet is retransmitted, ns.
 const RETRANSMIT_NS: i64 = 50_000_000;
-/// Maximum retransmission time, after repeated doubling, ns.
+/// Maximum retransmission timeout, reached after repeated doubling, ns.
 const RETRANSMIT_NS_MAX: i64 = 400_000_000;
-/// A reader with an older group is sent the newest at once, unless that was sent within this time, ns.
+/// Time after sending the newest group during which it is not sent again to a reader that reports an older one, ns.
 const RECENT_NS: i64 = 20_000_000;
-/// Number of rows that are retransmitted at a time: the reader waits for the first missing ones.
+/// Number of rows retransmitted at a time. Few, because the reader waits only for the first missing rows.
 const AGAIN_ROWS: usize = 8;
 
 /// Packets to send, in order.
@@ -20,17 +20,17 @@ pub(crate) type Packets = Vec<Vec<u8>>;
 pub(crate) struct Outbound {
     connection: u64,
     end: WritingEnd,
-    /// Retransmission times of the group and of the rows. They are separate, because answers to one do not acknowledge the other.
+    /// Retransmission timers of the group and of the rows. They are separate because answers to one do not acknowledge the other.
     group: Due,
     rows: Due,
     group_sent_ns: i64,
-    /// Rows before this one were retransmitted; those that are still missing follow as soon as there is news of them.
+    /// Rows below this number were retransmitted; those still missing are retransmitted as soon as an answer reports them.
     again_until: u64,
 }
 
-/// Time of a retransmission.
+/// Retransmission timer.
 struct Due {
-    /// `None` if everything is acknowledged.
+    /// Time at which a retransmission is due; `None` if everything is acknowledged.
     at_ns: Option<i64>,
     interval_ns: i64,
 }
@@ -40,18 +40,18 @@ impl Due {
         Due { at_ns: None, interval_ns: RETRANSMIT_NS }
     }
 
-    /// Notes that something was sent.
+    /// Records that a packet was sent.
     fn sent(&mut self, now_ns: i64) {
         self.at_ns.get_or_insert(now_ns + self.interval_ns);
     }
 
-    /// Notes an answer; `waits` is true if more is unacknowledged.
+    /// Records an answer; `waits` is true if packets are still unacknowledged.
     fn answered(&mut self, waits: bool, now_ns: i64) {
         self.interval_ns = RETRANSMIT_NS;
         self.at_ns = waits.then_some(now_ns + self.interval_ns);
     }
 
-    /// Returns true if a retransmission is due now; the next ones become less frequent.
+    /// Returns true if a retransmission is due now; subsequent ones become less frequent.
     fn take(&mut self, waits: bool, now_ns: i64) -> bool {
         let due = self.at_ns.is_some_and(|at_ns| at_ns <= now_ns);
         if due {
@@ -84,7 +84,7 @@ impl Outbound {
         self.end.has_room()
     }
 
-    /// Returns the total number of rows that may have been pushed, as far as is known.
+    /// Returns the total number of rows that may have been pushed, as far as this side knows.
     pub(crate) fn room_until(&self) -> u64 {
         self.end.room_until()
     }
@@ -94,7 +94,7 @@ impl Outbound {
         self.end.group().is_none() && !self.end.has_rows()
     }
 
-    /// Handles a packet of the reading side; returns true if there may be new room.
+    /// Handles a packet from the reading side; returns true if more space may be available.
     pub(crate) fn came(&mut self, content: Content<'_>, now_ns: i64, out: &mut Packets) -> bool {
         match content {
             Content::GroupReceived { sequence } => {
@@ -134,7 +134,7 @@ impl Outbound {
         }
     }
 
-    /// Retransmits all unacknowledged packets at once, because the connection works again after a partition.
+    /// Retransmits all unacknowledged packets immediately, because the connection works again after a partition.
     pub(crate) fn again(&mut self, now_ns: i64, out: &mut Packets) {
         self.send_group(now_ns, out);
         self.group.answered(self.end.group().is_some(), now_ns);

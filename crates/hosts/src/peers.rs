@@ -2,9 +2,9 @@
 //! The other hosts: identity, time of the last message, and clock offset.
 use crate::agreement::{Agreement, ClockOffset, ClockReport, Ping};
 
-/// Time without a ping after which a host may be replaced by one of the same name, which has been restarted, ns.
+/// Time without a ping after which a restarted host may replace the host of the same name, ns.
 const REPLACED_AFTER_NS: i64 = 1_000_000_000;
-/// Duration of a silence after which everything is retransmitted, ns.
+/// Duration of silence after which everything is retransmitted, ns.
 pub(crate) const PARTITION_NS: i64 = 350_000_000;
 
 /// Another host of the system.
@@ -12,11 +12,11 @@ pub(crate) const PARTITION_NS: i64 = 350_000_000;
 pub struct Peer {
     /// Name of the host.
     pub name: String,
-    /// Target of the host's build, such as `x86_64-unknown-linux-gnu`; determines which code modules it can load.
+    /// Target platform of the host's build, such as `x86_64-unknown-linux-gnu`; determines which code modules it can load.
     pub target: String,
-    /// Time since its last message, ns.
+    /// Time since the host's last message, ns.
     pub silent_ns: i64,
-    /// True if that time exceeds the limit, so that its links are closed.
+    /// True if the silence exceeds the limit, in which case the host's links are closed.
     pub gone: bool,
     /// Offset of the host's clocks from this host's; `None` before the first measurement.
     pub offset: Option<ClockOffset>,
@@ -29,7 +29,7 @@ pub(crate) struct KnownPeer {
     pub(crate) target: String,
     heard_ns: i64,
     gone: bool,
-    /// Pings sent from here; the listening side leaves the measurement to the other.
+    /// Pings sent by this host; the listening side leaves the measurement to the joined host.
     agreement: Agreement,
     offset: Option<ClockOffset>,
     beyond: bool,
@@ -54,9 +54,9 @@ pub(crate) struct Peers {
 /// Consequences of a message from another host.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(crate) struct MessageMeaning {
-    /// True if the host was silent, so that everything is retransmitted.
+    /// True if the host had been silent, so everything must be retransmitted.
     pub(crate) whole_again: bool,
-    /// Report to be passed on.
+    /// Report to be passed to the clock watch.
     pub(crate) clock: Option<ClockReport>,
 }
 
@@ -78,7 +78,7 @@ impl Peers {
         Ok(replaced)
     }
 
-    /// Notes a message from a host; the message, or its answer to a ping, contains the offset of its clocks.
+    /// Records a message from a host; the message, or its answer to a ping, contains the offset of its clocks.
     pub(crate) fn heard(&mut self, id: u64, said: Option<ClockOffset>, ping: Option<Ping>, limit_ns: Option<i64>, now_ns: i64) -> Option<MessageMeaning> {
         let known = self.known.iter_mut().find(|known| known.id == id)?;
         let whole_again = now_ns - known.heard_ns > PARTITION_NS;
@@ -97,18 +97,18 @@ impl Peers {
         Some(MessageMeaning { whole_again, clock })
     }
 
-    /// Notes that this side was stopped for `late_ns`, which does not count as silence of the others.
+    /// Records that this side was suspended for `late_ns`, which does not count as silence of the other hosts.
     pub(crate) fn stood_still(&mut self, late_ns: i64, now_ns: i64) {
         self.known.iter_mut().for_each(|known| known.heard_ns = known.heard_ns.saturating_add(late_ns).min(now_ns));
     }
 
-    /// Takes the hosts that have been silent for too long.
+    /// Removes and returns the hosts that have been silent for too long.
     pub(crate) fn take_gone(&mut self, silent_max_ns: i64, now_ns: i64) -> Vec<u64> {
         let silent = self.known.iter_mut().filter(|known| !known.gone && now_ns - known.heard_ns > silent_max_ns);
         silent.map(|known| (known.gone = true, known.id).1).collect()
     }
 
-    /// Removes a host that has announced that it leaves.
+    /// Removes a host that has notified this one that it is leaving.
     pub(crate) fn remove(&mut self, id: u64) {
         self.known.retain(|known| known.id != id);
     }

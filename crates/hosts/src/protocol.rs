@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tests of the protocol between hosts in simulated time: the guarantees of both sides, whatever the network does.
+//! Tests of the protocol between hosts in simulated time: the guarantees of both sides hold whatever the network does.
 use crate::inbound::Inbound;
 use crate::outbound::{Outbound, Packets};
 use interconnect::Header;
@@ -20,9 +20,9 @@ struct Way {
     flying: BTreeMap<(i64, u64), (bool, Vec<u8>)>,
     sent: u64,
     random: u64,
-    /// One packet in this number is lost, repeated, or damaged; 0 for none.
+    /// One packet in this number is lost, repeated, or corrupted; 0 disables this.
     one_in: u64,
-    /// True if everything is lost.
+    /// True if every packet is lost.
     cut: bool,
     groups: Vec<u64>,
     rows: Vec<u64>,
@@ -80,7 +80,7 @@ impl Way {
         true
     }
 
-    /// Advances by one millisecond: packets arrive, the reader pops them, and every fifth time due work is done.
+    /// Advances by one millisecond: packets arrive, and the reader pops them; every fifth step also does the work that is due.
     fn step(&mut self) {
         self.now_ns += MS;
         while let Some(entry) = self.flying.first_entry().filter(|entry| entry.key().0 <= self.now_ns) {
@@ -111,7 +111,7 @@ impl Way {
         }
     }
 
-    /// Steps until everything is acknowledged, at most 20 s.
+    /// Steps until everything is acknowledged, or for at most 20 s.
     fn settle(&mut self) {
         for _ in 0..20_000 {
             if self.outbound.is_idle() && self.flying.is_empty() {

@@ -77,7 +77,7 @@ struct ZenohOutlet {
     shared: Arc<SharedSession>,
     key: String,
     priority: Priority,
-    /// Publisher, and the number of its session.
+    /// Publisher, and the number of the session in which it was declared.
     declared: Mutex<(u64, Publisher<'static>)>,
 }
 

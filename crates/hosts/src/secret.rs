@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The shared secret of a user's programs on one host, and how each side of a connection proves that it has it without disclosing it.
 //!
-//! The joining side proves it to the transport before it is heard at all: an HMAC over a number that the listening side has drawn. The
-//! listening side proves it in its welcome: an HMAC over a number that the joining side has drawn, and the port that was called. Without
-//! that, another user who listens at the expected port would gain this host, and could run any code there.
+//! The joining side proves it to the transport before any of its packets are handled: an HMAC over a number drawn by the listening side.
+//! The listening side proves it in its welcome: an HMAC over a number drawn by the joining side and the port that was called. Otherwise
+//! another user who listens at the expected port could make this host join, and could run arbitrary code on it.
 use crate::refused::JoinError;
 use hmac::{Hmac, Mac};
 use sha2::Sha256;
@@ -12,19 +12,19 @@ use std::io::{ErrorKind, Read, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
 
-/// Length of a random number drawn for one answer, and of the answer, bytes.
+/// Lengths of a random number drawn for one answer and of the answer (the proof), bytes.
 pub(crate) const DRAWN_LEN: usize = 16;
 pub(crate) const PROOF_LEN: usize = 32;
-/// Name of the file, in a folder of one user.
+/// Name of the file with the secret, in a folder of the user.
 const FILE: &str = "hosts-secret";
-/// Number of digits of a secret: 256 bits.
+/// Number of hexadecimal digits of a secret (256 bits).
 const LEN: usize = 64;
 
-/// Returns the shared secret of all programs of a user on this host: a file, mode 0600, in `folder`, which others must not enter. It is
-/// created if it does not exist.
+/// Returns the shared secret of all programs of a user on this host. It is stored in a file of mode 0600 in `folder`, to which other
+/// users must not have access. The file is created if it does not exist.
 ///
 /// # Errors
-/// Fails with [`JoinError::File`] if the file cannot be read or created, or others may read it.
+/// Fails with [`JoinError::File`] if the file cannot be read or created, or if other users may read it.
 pub fn secret_of_user(folder: &Path) -> Result<String, JoinError> {
     let path = folder.join(FILE);
     let refused = |reason: String| JoinError::File { what: "secret of this user", path: path.clone(), reason };
@@ -71,12 +71,13 @@ pub(crate) fn drawn<const N: usize>() -> std::io::Result<[u8; N]> {
     Ok(bytes)
 }
 
-/// Returns the proof that the listener at `port` has the secret, for a number that was drawn.
+/// Returns the proof, for a drawn number, that the listener at `port` has the secret.
 pub(crate) fn proof(secret: &str, drawn: &[u8; DRAWN_LEN], port: u16, joins: u64) -> [u8; PROOF_LEN] {
     keyed(secret, drawn, port, joins).finalize().into_bytes().into()
 }
 
-/// Returns true if an answer is that proof. It takes constant time, which does not reveal how much of the answer is right.
+/// Returns true if an answer is that proof. The comparison takes constant time, so that it does not reveal how much of the answer is
+/// correct.
 pub(crate) fn is_proof(secret: &str, drawn: &[u8; DRAWN_LEN], port: u16, joins: u64, answer: &[u8; PROOF_LEN]) -> bool {
     keyed(secret, drawn, port, joins).verify_slice(answer).is_ok()
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Zenoh sessions: one per host. The listening side routes and the joining sides are its clients, so three hosts need one address.
-//! Multicast and gossip are off, so hosts that were not named are never discovered.
+//! Zenoh sessions: one per host. The listening side routes and the joining sides are its clients, so only one host needs an address even
+//! if there are three. Multicast and gossip are disabled, so hosts that were not configured are never discovered.
 use crate::endpoint::Endpoint;
 use crate::options::{Options, Security};
 use crate::refused::JoinError;
@@ -16,14 +16,14 @@ pub(crate) enum Side {
     Joins,
 }
 
-/// Silence after which a connection is abandoned and replaced, ms.
+/// Duration of silence after which a connection is abandoned and replaced, ms.
 const LEASE_MS: u32 = 2_000;
-/// Time limit for an attempt to connect, ms.
+/// Time limit for a connection attempt, ms.
 const OPEN_MS: u32 = 1_000;
-/// User name shared by all holders of the token.
+/// User name that all holders of the token share.
 const USER: &str = "opengpac";
 
-/// Additional explanation if a host that joins on loopback is not admitted.
+/// Explanation that is added if a host that joins on loopback is not admitted.
 const ANOTHER_SECRET: &str = "; if a system listens there, it belongs to another user: join it with the token with which it listens";
 
 /// Opens a session; a joining side succeeds only if the listening side admits it.
@@ -46,7 +46,7 @@ pub(crate) fn open(options: &Options, endpoint: &Endpoint, side: Side) -> Result
     zenoh::open(config).wait().map_err(|error| no_way(plain(&error.to_string()) + hint))
 }
 
-/// Keys and values of zenoh's configuration.
+/// Returns the keys and values of zenoh's configuration.
 fn settings(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Vec<(String, String)>, JoinError> {
     let endpoints = format!("[{:?}]", endpoint.to_string());
     let mut settings = match side {
@@ -78,7 +78,7 @@ fn settings(options: &Options, endpoint: &Endpoint, side: Side) -> Result<Vec<(S
     Ok(settings.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
 }
 
-/// Maximum size of a group, row or part of a frame, bytes.
+/// Maximum size of a group, row or frame part, bytes.
 const MESSAGE_BYTES_MAX: usize = 1 << 26;
 
 fn secrets(security: &Security, side: Side) -> Result<Vec<(&'static str, String)>, JoinError> {
@@ -110,18 +110,18 @@ fn secrets(security: &Security, side: Side) -> Result<Vec<(&'static str, String)
     })
 }
 
-/// Returns the credentials of the joining side: not the secret itself, but values derived from it and a number that the listening side
-/// draws.
+/// Returns the credentials of the joining side: not the secret itself, but values derived from it and from a number drawn by the
+/// listening side.
 fn shown(secret: &str) -> [(&'static str, String); 2] {
     [("transport/auth/usrpwd/user", format!("{USER:?}")), ("transport/auth/usrpwd/password", format!("{secret:?}"))]
 }
 
-/// Returns a path as a JSON text.
+/// Returns a path as a JSON string.
 fn text(path: &Path) -> String {
     format!("{:?}", path.to_string_lossy())
 }
 
-/// The file in which zenoh looks up tokens. It exists only while a session is being opened, and is readable by its owner only.
+/// File in which zenoh looks up tokens. It exists only while a session is being opened, and only its owner can read it.
 struct Dictionary(PathBuf);
 
 impl Dictionary {
@@ -143,7 +143,7 @@ impl Drop for Dictionary {
     }
 }
 
-/// Returns the library's message without the source locations that it adds, ` at FILE.rs:LINE`.
+/// Returns a message of the library without the source locations that it adds, ` at FILE.rs:LINE`.
 fn plain(words: &str) -> String {
     let mut text = String::new();
     let mut rest = words;

@@ -6,19 +6,19 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Work of the bridge for an end or a link. Times are on the host's CLOCK_MONOTONIC.
 pub(crate) trait BridgeWork: Send + Sync {
-    /// Notes that the real-time end rang the bell.
+    /// Handles a ring of the bell by the real-time end.
     fn rung(&self, now_ns: i64);
 
-    /// Sends packets that are due after some milliseconds. Returns false if nothing will ever be due again.
+    /// Sends packets that have become due. Returns false if no packet will ever be due again.
     fn tick(&self, now_ns: i64) -> bool;
 
-    /// Notes that the connection works again.
+    /// Handles the recovery of the connection.
     fn again(&self, now_ns: i64);
 
-    /// Notes that the host with this number has left.
+    /// Handles the departure of the host with this number.
     fn lose(&self, _host: u64) {}
 
-    /// Returns true if nothing is waiting to be sent.
+    /// Returns true if no packet is waiting to be sent.
     fn is_idle(&self) -> bool {
         true
     }
@@ -28,7 +28,7 @@ pub(crate) trait BridgeWork: Send + Sync {
 pub(crate) struct Slots(Mutex<Vec<Option<Arc<dyn BridgeWork>>>>);
 
 impl Slots {
-    /// Claims a free slot for the object that `make` creates from its number.
+    /// Claims a free slot for the object that `make` creates from the slot's number.
     pub(crate) fn take<S: BridgeWork + 'static>(&self, make: impl FnOnce(usize) -> Arc<S>) -> Result<Arc<S>, EndError> {
         let mut slots = self.all();
         let free = slots.iter().position(Option::is_none).unwrap_or(slots.len());

@@ -3,13 +3,15 @@
 use std::cell::Cell;
 use std::sync::Once;
 
-/// Environment variable in which zenoh looks up its threads, once per process.
+/// Environment variable from which zenoh reads its thread configuration, once per process.
 const VARIABLE: &str = "ZENOH_RUNTIME";
-/// Setting by which reading, writing and accepting take turns on one thread. By default zenoh (1.10) reads and writes the same TLS stream
-/// on two threads at once, which the stream does not allow, and which damaged memory under load: eclipse-zenoh/zenoh, issue 2557.
+/// Setting that makes reading, writing and accepting take turns on one thread. By default zenoh (1.10) reads and writes the same TLS
+/// stream on two threads at once, which the stream does not allow, and which corrupted memory under load: eclipse-zenoh/zenoh, issue
+/// 2557.
 const ONE: &str = "(rx: (worker_threads: 1), tx: (handover: rx), acc: (handover: rx))";
 
-/// Makes zenoh use one thread for its links in this process, unless the variable is set already. Must precede its first session.
+/// Makes zenoh use one thread for its links in this process, unless the variable is already set. Must be called before the first zenoh
+/// session is opened.
 pub(crate) fn one_for_links() {
     static SAID: Once = Once::new();
     SAID.call_once(|| {
@@ -22,13 +24,13 @@ pub(crate) fn one_for_links() {
 }
 
 thread_local! {
-    /// True if this thread, on which a packet has arrived, has been hastened.
+    /// True if the priority of this thread, on which packets arrive, has been raised.
     static HASTENED: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Schedules the thread on which packets arrive and leave ahead of those of ordinary programs, if permitted, because values wait for it.
-/// It never gets a real-time priority: traffic from a network does not bound its run time. Called on that thread when a packet has
-/// arrived.
+/// Gives the thread on which packets arrive and leave precedence over those of ordinary programs, if permitted, because values wait for
+/// it. It never gets a real-time priority, because network traffic could keep it running without limit. Called on that thread when a
+/// packet has arrived.
 pub(crate) fn hasten() {
     if !HASTENED.replace(true) {
         // SAFETY: sets how this thread is scheduled. A refusal is harmless.
@@ -36,5 +38,5 @@ pub(crate) fn hasten() {
     }
 }
 
-/// Niceness of that thread: one less urgent than the maximum.
+/// Nice value of that thread: one step below the maximum priority.
 const NICE: i32 = -19;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One time base on the wire: published times are sent on the listening host's clock. A writer converts its own times to that clock and a
-//! reader converts them to its own, so neither needs to know the other.
+//! The common time base on the wire: published times are sent on the listening host's clock. A writer converts its own times to that
+//! clock and a reader converts them to its own clock, so neither needs the other's clock.
 use crate::options::Clocks;
 use std::sync::atomic::{AtomicI64, Ordering};
 
@@ -8,7 +8,7 @@ pub(crate) struct Timebase {
     clocks: Clocks,
     /// Origin of the system's times, on this host's CLOCK_MONOTONIC.
     epoch_ns: AtomicI64,
-    /// The listening host's CLOCK_MONOTONIC minus this host's.
+    /// CLOCK_MONOTONIC of the listening host minus this host's.
     offset_ns: AtomicI64,
 }
 
@@ -17,12 +17,12 @@ impl Timebase {
         Timebase { clocks, epoch_ns: AtomicI64::new(0), offset_ns: AtomicI64::new(0) }
     }
 
-    /// Returns CLOCK_MONOTONIC, ns.
+    /// Returns the current CLOCK_MONOTONIC time, ns.
     pub(crate) fn steady_ns(&self) -> i64 {
         (self.clocks.steady)()
     }
 
-    /// Returns CLOCK_REALTIME, ns.
+    /// Returns the current CLOCK_REALTIME time, ns.
     pub(crate) fn wall_ns(&self) -> i64 {
         (self.clocks.wall)()
     }
@@ -40,13 +40,13 @@ impl Timebase {
         listener_ns.wrapping_sub(self.offset_ns.load(Ordering::Relaxed))
     }
 
-    /// Converts the system's time on this host to the form in which it is sent.
+    /// Converts the system's time on this host to the time base of the wire.
     pub(crate) fn travelling(&self, time_ns: i64) -> i64 {
         time_ns.wrapping_add(self.epoch_ns.load(Ordering::Relaxed)).wrapping_add(self.offset_ns.load(Ordering::Relaxed))
     }
 
-    /// Converts a received time to the system's time on this host. The result is never in the future, because clocks agree only within an
-    /// uncertainty.
+    /// Converts a received time to system time on this host. Clocks agree only to within some uncertainty, so the result is capped at the
+    /// current time.
     pub(crate) fn arrived_ns(&self, travelled_ns: i64, now_ns: i64) -> i64 {
         self.here_ns(travelled_ns).min(now_ns).wrapping_sub(self.epoch_ns.load(Ordering::Relaxed))
     }

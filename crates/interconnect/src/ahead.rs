@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Prefetching memory before it is written.
+//! Prefetches memory before it is written.
 
-/// Prefetches up to `LINES` cache lines of `words` for writing, without reading, changing or waiting for them. Otherwise the writer would
-/// wait while a line that a reader on another processor used last is fetched from there.
+/// Prefetches up to `LINES` cache lines of `words` for writing, without reading, changing or waiting for them. Otherwise, the writer
+/// would wait while a line that was last used by a reader on another processor is fetched from there.
 #[inline]
 pub(crate) fn will_write<T>(words: &[T]) {
     let (start, len) = (words.as_ptr().cast::<u8>(), size_of_val(words));
@@ -13,7 +13,7 @@ pub(crate) fn will_write<T>(words: &[T]) {
     line(start.wrapping_add(len.saturating_sub(1).min(LINES * LINE)));
 }
 
-/// Maximum number of lines; more would evict data that the steps need in between.
+/// Maximum number of lines; more would evict data that the steps need in the meantime.
 const LINES: usize = 32;
 const LINE: usize = 64;
 

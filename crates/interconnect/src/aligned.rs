@@ -4,9 +4,9 @@
 /// Size of a cache line in bytes.
 pub(crate) const LINE: usize = 64;
 
-/// `len` zeroed bytes that start on a cache line and share none with other data.
+/// `len` zeroed bytes that start on a cache line and share no cache line with other data.
 pub(crate) struct AlignedBytes {
-    /// One line longer than needed, so that the start can be aligned.
+    /// Memory, one line longer than requested, so that the start can be aligned.
     memory: Box<[u8]>,
     start: usize,
     len: usize,

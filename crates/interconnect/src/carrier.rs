@@ -13,13 +13,13 @@ pub struct ConnectionSpec {
     pub asynchronous_len: usize,
     /// Size of a row of the synchronous and ratio members, in bytes.
     pub queue_row_len: usize,
-    /// Maximum number of rows waiting at the reader; 0 for a connection without a queue.
+    /// Maximum number of rows that wait for the reader; 0 for a connection without a queue.
     pub queue_depth: usize,
 }
 
 /// Carrier of connections. Threads, shared memory and network differ only in their carriers.
 pub trait Carrier: Send {
-    /// Makes both ends of a connection, for writing and reading. Not on the real-time path.
+    /// Creates both ends of a connection: the writing end and the reading end. Not on the real-time path.
     fn connect(&mut self, spec: &ConnectionSpec) -> (Box<dyn Sender>, Box<dyn Receiver>);
 
     /// Returns the time of the next pending event (an arrival, a retransmission), ns on the clock; `None` if nothing is in transit.
@@ -27,26 +27,26 @@ pub trait Carrier: Send {
     fn next_arrival(&self) -> Option<i64>;
 
     /// Delivers everything that is due at `now_ns`, and calls `raise` with the reading source once for each row that became readable
-    /// since the last call, in order of arrival, except for rows that became readable within their own push ([`Sender::arrived`]). Groups
-    /// raise no source: asynchronous members do not start anything.
+    /// since the last call, in order of arrival. Rows that became readable within their own push ([`Sender::arrived`]) are excluded.
+    /// Groups do not raise a source, because asynchronous members do not trigger a firing.
     fn deliver(&mut self, now_ns: i64, raise: &mut dyn FnMut(u32));
 }
 
 /// Writing end of a connection. All calls except those of [`Message`](crate::Message) are real-time safe.
 pub trait Sender: Send {
-    /// Returns the buffer of the next publication, `asynchronous_len` bytes that start on a cache line. Its contents are arbitrary
-    /// (possibly an earlier group): overwrite all of it each time.
+    /// Returns the buffer of the next publication, `asynchronous_len` bytes that start on a cache line. Its initial contents are
+    /// arbitrary (possibly an earlier group), so all of it must be overwritten each time.
     fn group(&mut self) -> &mut [u8];
 
-    /// Publishes the group with the writer's number and time. The reader gets all of it or nothing.
+    /// Publishes the group with the writer's number and time. The reader receives either all of it or nothing.
     fn publish(&mut self, number: u64, now_ns: i64);
 
-    /// Appends a row: `fill` writes its `queue_row_len` bytes, whose contents are arbitrary before. Returns [`Full`] without calling
-    /// `fill` if too many rows wait at the reader. Panics on a connection without a queue.
+    /// Appends a row: `fill` writes its `queue_row_len` bytes, whose initial contents are arbitrary. Returns [`Full`] without calling
+    /// `fill` if the queue is full. Panics on a connection without a queue.
     fn push(&mut self, number: u64, now_ns: i64, fill: &mut dyn FnMut(&mut [u8])) -> Result<(), Full>;
 
-    /// Returns true if the row pushed last was readable when `push` returned: the writing source then raises the reading one itself, once
-    /// per firing. Otherwise, [`Carrier::deliver`] raises it on arrival. Always true in memory.
+    /// Returns true if the row pushed last was readable when `push` returned: the writing source then raises the reading source itself,
+    /// once per firing. Otherwise, [`Carrier::deliver`] raises it on arrival. Always true in memory.
     fn arrived(&self) -> bool {
         true
     }
@@ -54,8 +54,7 @@ pub trait Sender: Send {
 
 /// Reading end of a connection. All calls except those of [`Message`](crate::Message) are real-time safe.
 pub trait Receiver: Send {
-    /// Takes the newest group, if there is one that it has not had. Returns `None` if there is no new one, hence always before the first
-    /// publication.
+    /// Takes the newest group. Returns `None` if it has already been taken or nothing has been published yet.
     fn latch(&mut self, now_ns: i64) -> Option<Header>;
 
     /// Returns the group latched last, `asynchronous_len` bytes; zeros before the first. It stays valid until the next latch.
@@ -76,7 +75,7 @@ pub trait Receiver: Send {
 pub struct Header {
     /// Number assigned by the writer.
     pub number: u64,
-    /// Time of the writer, ns on the clock.
+    /// Time assigned by the writer, ns on the clock.
     pub time_ns: i64,
 }
 
@@ -84,8 +83,8 @@ impl Header {
     /// Size of a header in memory, in bytes.
     pub const LEN: usize = 16;
 
-    /// Returns the header's offset in memory, behind a group of `group_len` bytes. The group begins on a cache line, and a small group
-    /// shares it with the header, so that only one line moves between cores.
+    /// Returns the offset of the header in memory, after a group of `group_len` bytes. The group begins on a cache line, and a small
+    /// group shares that line with the header, so that only one line moves between cores.
     #[inline]
     pub fn behind(group_len: usize) -> usize {
         group_len.next_multiple_of(align_of::<u64>())
@@ -111,7 +110,7 @@ impl Header {
     }
 }
 
-/// The reader has fallen behind: there is no room for another row. Real-time code turns it into the condition `overrun`, which names both
+/// Error: the queue is full because the reader has fallen behind. Real-time code turns it into the condition `overrun`, which names both
 /// ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Full;

@@ -1,34 +1,34 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Connections that leave a process: ends that are made one at a time, each where its source runs, and the link between a supervisor and
+//! Connections between processes: ends that are created one at a time, each where its source runs, and the link between a supervisor and
 //! a remote processor.
 use crate::carrier::{ConnectionSpec, Receiver, Sender};
 use std::fmt;
 use std::time::Duration;
 
-/// Maker of connections whose ends are in different processes or on different hosts. The owner of each source makes its end, in any
-/// order, with the connection's number and [`ConnectionSpec`]; a reader that is made after a publication receives the newest group.
+/// Factory for connections whose ends are in different processes or on different hosts. The owner of each source creates its end, in any
+/// order, from the connection's number and [`ConnectionSpec`]; a reader created after a publication receives the newest group.
 pub trait Ends: Send {
     /// Returns the writing end of connection `number`. Not on the real-time path.
     ///
     /// # Errors
-    /// Fails if it cannot be made: no room, insufficient rights, other side unreachable.
+    /// Fails if it cannot be created: no space, insufficient privileges, other side unreachable.
     fn sender(&mut self, number: u64, spec: &ConnectionSpec) -> Result<Box<dyn Sender>, EndError>;
 
-    /// Returns the reading end. `raise` is called once for each row that became readable, on any thread but a real-time one; never for a
-    /// group. Not on the real-time path.
+    /// Returns the reading end. `raise` is called once for each row that became readable, on any thread except a real-time one; it is
+    /// never called for a group. Not on the real-time path.
     ///
     /// # Errors
     /// As for [`Ends::sender`].
     fn receiver(&mut self, number: u64, spec: &ConnectionSpec, raise: Box<dyn Fn() + Send + Sync>) -> Result<Box<dyn Receiver>, EndError>;
 
-    /// Returns the connections lost since the last call although both ends exist, e.g. because the other side wrote values that no end
-    /// writes. Should be polled occasionally. Not on the real-time path.
+    /// Returns the connections that were lost since the last call although both ends exist, for example because the other side wrote
+    /// values that no end would write. Should be polled regularly. Not on the real-time path.
     fn lost(&mut self) -> Vec<LostConnection> {
         Vec::new()
     }
 }
 
-/// A connection that no longer carries anything, although both ends exist.
+/// A connection that no longer carries data, although both ends exist.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LostConnection {
     /// Writing source.
@@ -39,10 +39,10 @@ pub struct LostConnection {
     pub message: String,
 }
 
-/// Link between a supervisor and a remote processor: delivers whole frames, in order, each once, or is closed. Used by any thread but a
-/// real-time one; only one thread may receive at a time.
+/// Link between a supervisor and a remote processor: until it is closed, delivers whole frames, in order, each exactly once. Used by any
+/// thread except a real-time one; only one thread may receive at a time.
 pub trait Link: Send + Sync {
-    /// Sends a frame. May wait for room, but not longer than the link lives.
+    /// Sends a frame. May block until there is room; fails as soon as the link is closed.
     ///
     /// # Errors
     /// [`LinkClosed`] if the other side has disconnected.
@@ -51,14 +51,14 @@ pub trait Link: Send + Sync {
     /// Returns the next frame; `None` if none arrived within `limit`.
     ///
     /// # Errors
-    /// [`LinkClosed`] if the other side has disconnected and everything that it had sent has been received.
+    /// [`LinkClosed`] if the other side has disconnected and everything it sent has been received.
     fn receive(&self, limit: Duration) -> Result<Option<Vec<u8>>, LinkClosed>;
 
-    /// Closes the link, visibly for both sides.
+    /// Closes the link for both sides.
     fn close(&self);
 }
 
-/// Error: an end of a connection could not be made.
+/// Error: an end of a connection could not be created.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EndError {
     /// Human-readable message.

@@ -4,7 +4,7 @@ use crate::carrier::{Carrier, ConnectionSpec, Full, Header, Receiver, Sender};
 use crate::queue::{QueueReader, QueueWriter, queue};
 use crate::triple::{TripleReader, TripleWriter, triple_buffer};
 
-/// Carrier with the group in a triple buffer and the rows in a queue; everything arrives within the sender's call.
+/// Carrier that keeps the group in a triple buffer and the rows in a queue; everything arrives within the sender's call.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Memory;
 

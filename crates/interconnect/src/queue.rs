@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The queue: carries every row, in order and once, from one writer to one reader.
+//! The queue: carries every row, in order and exactly once, from one writer to one reader.
 //!
 //! | | writer | reader |
 //! |---|---|---|
 //! | may block the other | never; a full queue refuses the push | never; an empty queue has no row |
-//! | steps | one atomic store; one load if the remembered count indicates full | one store per pop; one load if the remembered count indicates empty |
+//! | steps | one atomic store; one load if the cached count indicates full | one store per pop; one load if the cached count indicates empty |
 //! | if the other is preempted, stopped or killed at any point | continues until full | continues until empty |
 //!
 //! All `depth` rows are allocated at construction: a deeper queue would only hide a reader that does not keep up. Each count is written
@@ -14,7 +14,7 @@ use crate::aligned::AlignedBytes;
 use crate::carrier::Full;
 use crate::sync::{Arc, AtomicUsize, Ordering, OwnLine, UnsafeCell};
 
-/// Makes a queue of `depth` rows of `row_len` bytes. Panics if `depth` is 0.
+/// Creates a queue of `depth` rows of `row_len` bytes. Panics if `depth` is 0.
 pub fn queue(row_len: usize, depth: usize) -> (QueueWriter, QueueReader) {
     assert!(depth > 0, "a queue needs room for one row or more");
     let slots = (0..depth).map(|_| UnsafeCell::new(Slot { number: 0, row: AlignedBytes::new(row_len) })).collect();
@@ -23,35 +23,35 @@ pub fn queue(row_len: usize, depth: usize) -> (QueueWriter, QueueReader) {
     (writer, QueueReader { memory, popped: 0, next: 0, pushed_seen: 0 })
 }
 
-/// Memory of the counts and rows of a queue: in this process ([`queue`]), or shared with others.
+/// Memory of the counts and rows of a queue: in this process ([`queue`]), or shared with other processes.
 ///
 /// # Safety
-/// Counts and rows do not move as long as the value lives; no two rows overlap; the depth is constant and not 0; and only one
-/// writer and one reader at a time, in whatever process, touch them.
+/// Counts and rows do not move as long as the value lives; no two rows overlap; the depth is constant and not 0; and only one writer
+/// and one reader at a time, in any process, access them.
 pub unsafe trait QueueMemory {
-    /// Returns the number of rows popped so far (wraps); written by the reader.
+    /// Returns the number of rows popped so far (wraps around); written by the reader.
     fn popped(&self) -> &AtomicUsize;
 
-    /// Returns the number of rows pushed so far (wraps); written by the writer.
+    /// Returns the number of rows pushed so far (wraps around); written by the writer.
     fn pushed(&self) -> &AtomicUsize;
 
     /// Returns the capacity in rows.
     fn depth(&self) -> usize;
 
-    /// Returns number and bytes of the row in a slot below the depth, for the end that may access it.
+    /// Returns the number and bytes of the row in a slot below the depth, for the end that may access it.
     fn for_reading(&self, slot: usize) -> (*const u64, *const [u8]);
 
     /// Returns the same as [`for_reading`](Self::for_reading), for writing.
     fn for_writing(&self, slot: usize) -> (*mut u64, *mut [u8]);
 
-    /// Returns the reader's count, 0 to `depth` behind `pushed`, the writer's. Implementations whose counts other processes can write
-    /// check them here; between two threads the check costs nothing.
+    /// Returns the reader's count, which is 0 to `depth` behind `pushed`, the writer's count. Implementations whose counts can be written
+    /// by other processes check them here; between two threads, the check costs nothing.
     #[inline]
     fn popped_of(&self, _pushed: usize) -> usize {
         self.popped().load(Ordering::Acquire)
     }
 
-    /// Returns the writer's count, 0 to `depth` ahead of `popped`, the reader's.
+    /// Returns the writer's count, which is 0 to `depth` ahead of `popped`, the reader's count.
     #[inline]
     fn pushed_of(&self, _popped: usize) -> usize {
         self.pushed().load(Ordering::Acquire)
@@ -62,16 +62,16 @@ pub unsafe trait QueueMemory {
 #[repr(align(64))]
 pub struct QueueWriter<M = OwnQueue> {
     memory: M,
-    /// Number of rows pushed so far (wraps).
+    /// Number of rows pushed so far (wraps around).
     pushed: usize,
     /// Slot of the next row.
     next: usize,
-    /// The reader's count when last read.
+    /// Reader's count as last read.
     popped_seen: usize,
 }
 
 impl<M: QueueMemory> QueueWriter<M> {
-    /// Makes the writing end of a queue in `memory`, after the rows that wait there.
+    /// Creates the writing end of a queue in `memory`, positioned after the rows that wait there.
     ///
     /// # Safety
     /// No other writer of the queue lives, and the counts are those left by the previous ends.
@@ -81,8 +81,8 @@ impl<M: QueueMemory> QueueWriter<M> {
         QueueWriter { next: pushed % memory.depth(), memory, pushed, popped_seen }
     }
 
-    /// Appends a row: `fill` writes its bytes, which contain some earlier row. Returns [`Full`] without calling `fill` if `depth` rows
-    /// wait. If `fill` panics, nothing is appended. Real-time safe.
+    /// Appends a row: `fill` writes its bytes, which initially contain an earlier row. Returns [`Full`] without calling `fill` if `depth`
+    /// rows wait. If `fill` panics, nothing is appended. Real-time safe.
     #[inline]
     pub fn push(&mut self, number: u64, fill: impl FnOnce(&mut [u8])) -> Result<(), Full> {
         let depth = self.memory.depth();
@@ -104,7 +104,7 @@ impl<M: QueueMemory> QueueWriter<M> {
         Ok(())
     }
 
-    /// Returns the number of waiting rows. The reader may pop some concurrently.
+    /// Returns the number of waiting rows. The reader may concurrently pop some.
     pub fn len(&self) -> usize {
         self.pushed.wrapping_sub(self.memory.popped_of(self.pushed))
     }
@@ -119,16 +119,16 @@ impl<M: QueueMemory> QueueWriter<M> {
 #[repr(align(64))]
 pub struct QueueReader<M = OwnQueue> {
     memory: M,
-    /// Number of rows popped so far (wraps).
+    /// Number of rows popped so far (wraps around).
     popped: usize,
     /// Slot of the oldest row.
     next: usize,
-    /// The writer's count when last read.
+    /// Writer's count as last read.
     pushed_seen: usize,
 }
 
 impl<M: QueueMemory> QueueReader<M> {
-    /// Makes the reading end of a queue in `memory`, starting with the rows that wait there.
+    /// Creates the reading end of a queue in `memory`, starting with the rows that wait there.
     ///
     /// # Safety
     /// No other reader of the queue lives, and the counts are those left by the previous ends.
@@ -162,7 +162,7 @@ impl<M: QueueMemory> QueueReader<M> {
         true
     }
 
-    /// Returns the number of waiting rows. The writer may push some concurrently.
+    /// Returns the number of waiting rows. The writer may concurrently push some.
     pub fn len(&self) -> usize {
         self.memory.pushed_of(self.popped).wrapping_sub(self.popped)
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ring of rows: the last rows of one writer, for any number of readers (the programming system, the recorder).
+//! Ring of rows: the most recent rows of one writer, for any number of readers (the programming system, the recorder).
 //!
 //! | | writer | a reader |
 //! |---|---|---|
@@ -8,16 +8,16 @@
 //! | retries | none | if the writer overtook it: it takes a newer row, or counts the lost one |
 //! | if the writer is stopped or killed inside a row | | reads all rows but the oldest, which was being overwritten |
 //!
-//! Each row has a stamp, odd while the row is written (a sequence lock for each row). A reader copies the words and keeps the copy only
-//! if the stamp was the same, even one before and after. All words are atomic and relaxed, so a discarded copy is not a data race either.
-//! `depth` is how far the writer may run ahead of a reader that is reading.
+//! Each row has a stamp, which is odd while the row is being written (a sequence lock for each row). A reader copies the words and keeps
+//! the copy only if the stamp was even, and the same before and after. All words are atomic and relaxed, so even a discarded copy is not
+//! a data race. The writer may run ahead of a reader by up to `depth` rows while it reads.
 //!
 //! (A sequence lock is unsuitable between interrupt sources, whose reader must not retry; the readers here are not part of the real-time
 //! path.)
 use crate::ahead::will_write;
 use crate::sync::{Arc, AtomicU64, Ordering, OwnLine, fence, spin_loop};
 
-/// Makes a ring of `depth` rows of `row_len` bytes. Panics if `depth` is below 2, because the newest row must outlast the next write.
+/// Creates a ring of `depth` rows of `row_len` bytes. Panics if `depth` is below 2, because the newest row must outlast the next write.
 pub fn rows(row_len: usize, depth: usize) -> (RowsWriter, RowsReader) {
     assert!(depth >= 2, "a ring of rows needs two rows or more");
     let words_len = HEADER_WORDS + row_len.div_ceil(WORD);
@@ -29,14 +29,14 @@ pub fn rows(row_len: usize, depth: usize) -> (RowsWriter, RowsReader) {
 /// Writing end: one writer at a time.
 pub struct RowsWriter {
     shared: Arc<SharedRing>,
-    /// Number of rows written so far: the sequence of the next one.
+    /// Number of rows written so far; also the sequence number of the next one.
     written: u64,
     /// Index of the next row in the ring.
     next: usize,
 }
 
 impl RowsWriter {
-    /// Writes a row: `fill` puts its bytes one segment after the other; the remainder is zero. Readers see all of the row or nothing. If
+    /// Writes a row: `fill` appends its bytes segment by segment; the remainder is zero. Readers see either all of the row or nothing. If
     /// `fill` panics, no row is written. Wait-free, real-time safe.
     #[inline]
     pub fn write(&mut self, number: u64, time_ns: i64, fill: impl FnOnce(&mut RowSink)) {
@@ -57,16 +57,16 @@ impl RowsWriter {
         shared.written.0.store(self.written, Ordering::Release);
     }
 
-    /// Prefetches the memory of the next row, so that `write` does not wait for it. Call it some hundred nanoseconds before `write`;
-    /// optional.
+    /// Prefetches the memory of the next row, so that `write` does not wait for it. Optional; call it some hundred nanoseconds before
+    /// `write`.
     #[inline]
     pub fn expect(&self) {
         will_write(self.shared.place(self.next));
         will_write(std::slice::from_ref(&self.shared.written));
     }
 
-    /// Skips rows that were lost before they arrived here: readers count as many as lost before the next row. For a ring that repeats the
-    /// rows of another one.
+    /// Skips `lost` rows that were lost before they arrived here; readers count them as lost before the next row. For a ring that mirrors
+    /// the rows of another one.
     pub fn skip(&mut self, lost: u64) {
         self.written += lost;
         self.next = (self.written % self.shared.depth as u64) as usize;
@@ -92,7 +92,7 @@ impl RowsWriter {
 pub struct RowSink<'a> {
     /// Words that are not stored yet.
     words: &'a [AtomicU64],
-    /// Number of bytes that may still be put.
+    /// Number of bytes that may still be appended.
     room: usize,
     /// First bytes of the next word.
     partial: u64,
@@ -149,11 +149,11 @@ impl RowSink<'_> {
 /// A row that was read.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Row {
-    /// Number of rows written before it.
+    /// Number of rows written before this one.
     pub sequence: u64,
     /// Number assigned by the writer.
     pub number: u64,
-    /// Time of the writer, ns on the clock.
+    /// Time assigned by the writer, ns on the clock.
     pub time_ns: i64,
     /// Contents, `row_len` bytes.
     pub bytes: Vec<u8>,
@@ -166,7 +166,7 @@ pub struct RowsReader {
 }
 
 impl RowsReader {
-    /// Returns the newest row; `None` before the first. Retries if the writer overtook it by the depth of the ring.
+    /// Returns the newest row; `None` before the first. Retries if the writer got ahead by the depth of the ring during the read.
     pub fn newest(&self) -> Option<Row> {
         loop {
             let written = self.written();
@@ -180,8 +180,8 @@ impl RowsReader {
         }
     }
 
-    /// Appends the rows from `sequence` on to `out`, oldest first, and returns how many were lost, i.e. overwritten before they could be
-    /// read. The next call continues at `sequence` + lost + appended.
+    /// Appends the rows from `sequence` on to `out`, oldest first, and returns the number of lost rows, which were overwritten before
+    /// they could be read. The next call continues at `sequence` + lost + appended.
     pub fn since(&self, sequence: u64, out: &mut Vec<Row>) -> u64 {
         let end = self.written();
         let first = sequence.max(end.saturating_sub(self.shared.depth as u64));
@@ -195,8 +195,8 @@ impl RowsReader {
         lost
     }
 
-    /// Copies the oldest available row from `sequence` on to `into`, reusing its memory, and returns how many before it were lost; the
-    /// next call continues at `into.sequence` + 1. Returns `None` and copies nothing if no row has been written since.
+    /// Copies the oldest available row from `sequence` on to `into`, reusing its memory, and returns the number of lost rows before it;
+    /// the next call continues at `into.sequence` + 1. Returns `None` and copies nothing if no row has been written since.
     pub fn next(&self, sequence: u64, into: &mut Row) -> Option<u64> {
         let mut wanted = sequence;
         loop {
@@ -212,7 +212,8 @@ impl RowsReader {
         }
     }
 
-    /// Returns up to `n` of the last rows, oldest first. If a row is overwritten during the read, it and the older ones are left out.
+    /// Returns up to `n` of the most recent rows, oldest first. If a row is overwritten during the read, it and all older rows are left
+    /// out.
     pub fn last(&self, n: usize) -> Vec<Row> {
         let mut out = Vec::new();
         self.since(self.written().saturating_sub(n as u64), &mut out);
@@ -221,7 +222,7 @@ impl RowsReader {
         out
     }
 
-    /// Returns the number of rows written so far: the sequence of the next one.
+    /// Returns the number of rows written so far; also the sequence number of the next one.
     pub fn written(&self) -> u64 {
         self.shared.written.0.load(Ordering::Acquire)
     }
@@ -236,13 +237,13 @@ impl RowsReader {
         self.shared.depth
     }
 
-    /// Returns row `sequence`, which has been written; `None` if it was overwritten.
+    /// Returns row `sequence`, which must have been written; `None` if it has been overwritten.
     fn row(&self, sequence: u64) -> Option<Row> {
         let mut row = Row { bytes: Vec::with_capacity(self.shared.words_len * WORD), ..Row::default() };
         self.copy(sequence, &mut row).then_some(row)
     }
 
-    /// Copies row `sequence` into an existing row; returns false if it was overwritten, which leaves `into` invalid.
+    /// Copies row `sequence` into an existing row; returns false if it has been overwritten, which leaves `into` invalid.
     fn copy(&self, sequence: u64, into: &mut Row) -> bool {
         let row = self.shared.place((sequence % self.shared.depth as u64) as usize);
         // The caller has read the count of written rows, so the words read here belong to this row or a later one, never an earlier.
@@ -280,8 +281,8 @@ impl SharedRing {
     }
 }
 
-/// Returns the stamp of a complete row: even, different from that of any other row and from the 0 of an unwritten slot. One less while
-/// the row is being written.
+/// Returns the stamp of a complete row: even, different from that of any other row and from the 0 of an unwritten slot. The stamp is one
+/// less while the row is being written.
 fn stamp_of(sequence: u64) -> u64 {
     2 * sequence + 2
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Atomics and cell used by the lock-free structures: those of the standard library, or of loom for its models.
+//! Atomics and the cell used by the lock-free structures: the types of the standard library, or of loom when models are checked.
 
 #[cfg(loom)]
 pub(crate) use loom::{
@@ -19,7 +19,7 @@ pub(crate) use std::{
     },
 };
 
-/// `std::cell::UnsafeCell` with the two methods of loom's that are used here.
+/// `std::cell::UnsafeCell` with the two methods of loom's `UnsafeCell` that are used here.
 #[cfg(not(loom))]
 pub(crate) struct UnsafeCell<T>(std::cell::UnsafeCell<T>);
 

@@ -11,13 +11,13 @@
 //! Why three buffers: the writer fills one (*back*), the reader reads one (*front*), and the third (*middle*) holds the newest complete
 //! publication, so that either side can always exchange its own buffer for it without coordination. With two, one side would have to wait
 //! for the other or overwrite a buffer that is being read; a fourth would never be used. The middle word contains the index of the middle
-//! buffer and whether the reader has seen it; each swap moves a whole buffer, so a group is never torn.
+//! buffer, and a flag that tells whether the reader has seen it. Each swap moves a whole buffer, so a group is never torn.
 //!
 //! Each buffer and the word have cache lines of their own. The algorithm does not depend on their location: see [`TripleMemory`].
 use crate::aligned::AlignedBytes;
 use crate::sync::{Arc, AtomicU8, Ordering, OwnLine, UnsafeCell};
 
-/// Makes a triple buffer for groups of `len_bytes` bytes, zero until the first publication.
+/// Creates a triple buffer for groups of `len_bytes` bytes, which is zero until the first publication.
 pub fn triple_buffer(len_bytes: usize) -> (TripleWriter, TripleReader) {
     let buffers = std::array::from_fn(|_| UnsafeCell::new(AlignedBytes::new(len_bytes)));
     let memory = OwnTriple(Arc::new(HeapMemory { middle: OwnLine(AtomicU8::new(MIDDLE_AT_FIRST)), buffers }));
@@ -26,45 +26,46 @@ pub fn triple_buffer(len_bytes: usize) -> (TripleWriter, TripleReader) {
 
 /// Buffer of the writer before the first exchange.
 pub const BACK_AT_FIRST: u8 = 0;
-/// Buffer in the middle before the first exchange: the initial middle word.
+/// Buffer in the middle before the first exchange; also the initial middle word.
 pub const MIDDLE_AT_FIRST: u8 = 1;
 /// Buffer of the reader before the first exchange.
 pub const FRONT_AT_FIRST: u8 = 2;
 
-/// Returns the index of the buffer that `word`, the middle word, contains.
+/// Returns the index of the buffer in the middle, contained in `word`, the middle word.
 pub fn in_the_middle(word: u8) -> u8 {
     word & INDEX
 }
 
-/// Returns true if `word` indicates a publication that the reader has not had.
+/// Returns true if `word` indicates a publication that the reader has not yet seen.
 pub fn is_news(word: u8) -> bool {
     word & NEWS != 0
 }
 
-/// Memory of the word and the three buffers of a triple buffer: in this process ([`triple_buffer`]), or shared with others.
+/// Memory of the middle word and the three buffers of a triple buffer: in this process ([`triple_buffer`]), or shared with other
+/// processes.
 ///
 /// # Safety
 /// The word and the buffers do not move as long as the value lives; the three buffers do not overlap; and only one writer and one
-/// reader at a time, in whatever process, touch them.
+/// reader at a time, in any process, access them.
 pub unsafe trait TripleMemory {
     /// Returns the middle word.
     fn middle(&self) -> &AtomicU8;
 
-    /// Returns the buffer with an index below 3, for the end that holds it.
+    /// Returns the buffer with this index (below 3), for the end that holds it.
     fn for_reading(&self, index: u8) -> *const [u8];
 
     /// Returns the same as [`for_reading`](Self::for_reading), for writing.
     fn for_writing(&self, index: u8) -> *mut [u8];
 
     /// Returns the index (below 3) of the buffer that an end receives in exchange for its own, from `word`, the previous middle word.
-    /// Implementations whose word other processes can write check it here; between two threads the check costs nothing.
+    /// Implementations whose word can be written by other processes check it here; between two threads, the check costs nothing.
     #[inline]
     fn given(&self, word: u8, _own: u8) -> u8 {
         in_the_middle(word)
     }
 }
 
-/// Returns true if `word` is a valid middle word while an end has the buffer `own`.
+/// Returns true if `word` is a valid middle word while an end holds the buffer `own`.
 #[inline]
 pub fn is_possible(word: u8, own: u8) -> bool {
     word <= (INDEX | NEWS) && in_the_middle(word) != INDEX && in_the_middle(word) != own
@@ -78,7 +79,7 @@ pub struct TripleWriter<M = OwnTriple> {
 }
 
 impl<M: TripleMemory> TripleWriter<M> {
-    /// Makes the writing end of a triple buffer in `memory`.
+    /// Creates the writing end of a triple buffer in `memory`.
     ///
     /// # Safety
     /// No other writer of it lives, and `back` is the buffer that is neither in the middle nor the reader's.
@@ -92,8 +93,8 @@ impl<M: TripleMemory> TripleWriter<M> {
         self.back
     }
 
-    /// Returns the buffer of the next publication, starting on a cache line. It contains some earlier group: overwrite all of it each
-    /// time. Real-time safe.
+    /// Returns the buffer of the next publication, which starts on a cache line. It contains an earlier group, so all of it must be
+    /// overwritten each time. Real-time safe.
     #[inline]
     pub fn back(&mut self) -> &mut [u8] {
         // SAFETY: `back`, `front` and the middle always name three different buffers (they start different and are only
@@ -102,7 +103,7 @@ impl<M: TripleMemory> TripleWriter<M> {
         unsafe { &mut *self.memory.for_writing(self.back) }
     }
 
-    /// Publishes the back buffer, which the reader's next latch gets as a whole. Takes one atomic swap. Real-time safe.
+    /// Publishes the back buffer, which the reader receives as a whole at its next latch. Takes one atomic swap. Real-time safe.
     #[inline]
     pub fn publish(&mut self) {
         let word = self.memory.middle().swap(self.back | NEWS, Ordering::AcqRel);
@@ -118,7 +119,7 @@ pub struct TripleReader<M = OwnTriple> {
 }
 
 impl<M: TripleMemory> TripleReader<M> {
-    /// Makes the reading end of a triple buffer in `memory`.
+    /// Creates the reading end of a triple buffer in `memory`.
     ///
     /// # Safety
     /// No other reader of it lives, and `front` is the buffer that is neither in the middle nor the writer's.
@@ -132,8 +133,7 @@ impl<M: TripleMemory> TripleReader<M> {
         self.front
     }
 
-    /// Takes the newest publication, if there is one that it has not had; then returns true, and [`front`](Self::front) returns it.
-    /// Real-time safe.
+    /// Takes the newest publication. Returns true if it is new to this reader; [`front`](Self::front) then returns it. Real-time safe.
     #[inline]
     pub fn latch(&mut self) -> bool {
         let middle = self.memory.middle();
@@ -180,7 +180,7 @@ unsafe impl TripleMemory for OwnTriple {
 }
 
 struct HeapMemory {
-    /// Index of the buffer in the middle, and [`NEWS`] if the reader has not had it.
+    /// Index of the buffer in the middle, combined with [`NEWS`] if the reader has not yet seen it.
     middle: OwnLine<AtomicU8>,
     buffers: [UnsafeCell<AlignedBytes>; 3],
 }

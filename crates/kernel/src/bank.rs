@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Selection of entries that run several steps of a strip in one call: banks (blocks with the same entry) and fused blocks.
+//! Selection of entries that run several steps of a strip in one call: banks (blocks that share an entry) and fused blocks.
 use crate::containment::Call;
 pub(crate) use opengpac::bank::Bank;
 use std::ops::Range;
 use std::ptr::fn_addr_eq;
 
-/// Minimum number of blocks in a bank: below it, the call of the bank entry costs more than it saves.
+/// Minimum number of blocks in a bank: below it, calling the bank entry costs more than it saves.
 const BANK_MIN: usize = 4;
 
 /// A maximal run of steps with one activation.
@@ -28,15 +28,15 @@ pub(crate) struct Stretch {
 /// Entry that runs adjacent steps.
 #[derive(Clone, Copy)]
 pub(crate) enum Entry {
-    /// Each block by its own entry.
+    /// Runs each block through its own entry.
     Single,
-    /// Runs any subset of them, in order.
+    /// Runs any subset of the steps, in order, in one call.
     Bank(Bank),
-    /// Runs all of them from the first, or none.
+    /// Runs all steps in one call, starting at the first; otherwise none.
     Fused(Bank),
 }
 
-/// Range of fused steps, and their entry.
+/// Range of fused steps, with their entry.
 pub(crate) type FusedSteps = (Range<u32>, Bank);
 
 /// Cuts strips into fused steps, banks and single steps. Watched blocks have an entry of their own and are never part of a bank or

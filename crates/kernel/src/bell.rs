@@ -11,7 +11,7 @@
 //! the other.
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Counter of events, and whether a thread sleeps until it changes. One sleeper, any number of ringers.
+/// Event counter, with a flag that tells whether a thread sleeps until it changes. One sleeper, any number of ringers.
 #[derive(Default)]
 pub struct Bell {
     rings: AtomicU32,
@@ -28,12 +28,12 @@ impl Bell {
         self.rings.load(Ordering::SeqCst)
     }
 
-    /// Increments the count without waking. Real-time safe.
+    /// Increments the count without waking the sleeper. Real-time safe.
     pub(crate) fn mark(&self) {
         self.rings.fetch_add(1, Ordering::SeqCst);
     }
 
-    /// Wakes the sleeper. Makes a system call only if there is one.
+    /// Wakes the sleeper. Makes a system call only if a thread sleeps.
     pub fn wake(&self) {
         if self.asleep.load(Ordering::SeqCst) != 0 {
             // SAFETY: a wake on a word of ours.
@@ -57,8 +57,8 @@ impl Bell {
         }
     }
 
-    /// Makes this thread watch the count on behalf of the sleeper until it calls `leave`. If this thread may be delayed, another one must
-    /// call `remind`.
+    /// Makes this thread watch the count on behalf of the sleeper until it calls `leave`. If this thread may be delayed, another thread
+    /// must call `remind`.
     pub fn attend(&self) {
         self.attending.fetch_add(1, Ordering::SeqCst);
     }
@@ -77,7 +77,7 @@ impl Bell {
         self.owed.load(Ordering::Relaxed) != 0
     }
 
-    /// Wakes the sleeper even if a thread attends.
+    /// Wakes the sleeper even if a thread attends in its place.
     pub fn remind(&self) {
         self.owed.store(0, Ordering::SeqCst);
         self.wake();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A function block instance as the kernel sees it: memory with an entry.
+//! A function block instance as the kernel sees it: its memory and its entry.
 use crate::containment::trust;
 use crate::memory::Cell;
 use crate::probe::{BlockTimes, Times};
@@ -18,14 +18,14 @@ pub struct Block {
     descriptor: &'static Descriptor,
     /// The instance, laid out as described in `opengpac::abi`.
     memory: Cell,
-    /// Allocated memory; the word of reported conditions may follow the instance.
+    /// Allocated memory: the instance, possibly followed by the word of reported conditions.
     whole: Cell,
     /// One bit per item: set if the condition was reported since the last reset.
     reported: Option<Cell>,
     /// Image that `Op::Reset` restores: the descriptor's image with the bindings and values of this instance.
     initial: Box<[u8]>,
-    /// Byte ranges (offset, length) of the instance that a reset restores: everything except the header, items declared `keep`, and
-    /// parameters, presets and sizes, which others store.
+    /// Byte ranges (offset, length) of the instance that a reset restores: everything except the header, items declared `keep`, and the
+    /// parameters, presets and sizes, which are stored from outside the block.
     restored: Vec<(usize, usize)>,
     /// Cells that the item addresses point to, kept alive as long as the block.
     bound: Vec<Option<Cell>>,
@@ -41,7 +41,7 @@ impl Block {
     }
 
     /// Installs a block: copies the descriptor's image into `memory` (at least instance_size bytes, aligned), with all addresses null.
-    /// `module` keeps the code loaded. The code module's memory must be laid out as `opengpac::abi` describes. Panics if `memory` is too
+    /// `module` keeps the code loaded. The code module must lay out the instance as `opengpac::abi` describes. Panics if `memory` is too
     /// small or misaligned.
     pub fn install(id: BlockId, name: &str, descriptor: &'static Descriptor, module: Arc<dyn Any + Send + Sync>, memory: Cell) -> Block {
         trust(descriptor.run);
@@ -86,8 +86,8 @@ impl Block {
         self.bound[item] = Some(cell.clone());
     }
 
-    /// Sets the value of a parameter, preset or size before the block is part of a table. The value becomes part of the initial image
-    /// that [`Op::Reset`](crate::Op::Reset) restores. Panics if the item has no value or `bytes` is longer than it.
+    /// Sets the value of a parameter, preset or size, before the block becomes part of a table. The value becomes part of the initial
+    /// image that [`Op::Reset`](crate::Op::Reset) restores. Panics if the item has no value or `bytes` is longer than it.
     pub fn set(&mut self, item: usize, bytes: &[u8]) {
         let declared = &self.items()[item];
         assert!(declared.offset != NONE, "item {item} of block '{}' has no value", self.name);
@@ -113,7 +113,7 @@ impl Block {
         (declared.kind == kind::OUTPUT && declared.offset != NONE).then(|| self.memory.part(declared.offset as usize, declared.size as usize))
     }
 
-    /// Returns the cell of the value that condition `item` reported last, if it has a value.
+    /// Returns the cell of the value that condition `item` reported last, if the condition has a value.
     pub fn report(&self, item: usize) -> Option<Cell> {
         let declared = self.items().get(item)?;
         (declared.kind == kind::CONDITION && declared.report != NONE).then(|| self.memory.part(declared.report as usize, declared.size as usize))
@@ -129,7 +129,7 @@ impl Block {
         &self.name
     }
 
-    /// Returns the durations of the block's invocations, as sampled by the probe in this process.
+    /// Returns the invocation times of the block, as sampled by the probe in this process.
     pub fn block_times(&self) -> BlockTimes {
         self.times.read()
     }
@@ -138,12 +138,12 @@ impl Block {
         &self.times
     }
 
-    /// Returns the declaration of the block by its module.
+    /// Returns the block's descriptor, as declared by its module.
     pub fn descriptor(&self) -> &'static Descriptor {
         self.descriptor
     }
 
-    /// Returns the block's memory, the image that a reset restores, and the cells that its items are bound to.
+    /// Returns the block's memory, the image that a reset restores, and the cells to which its items are bound.
     pub fn parts(&self) -> (&Cell, &[u8], &[Option<Cell>]) {
         (&self.whole, &self.initial, &self.bound)
     }
@@ -197,7 +197,7 @@ impl Block {
         unsafe { std::ffi::CStr::from_ptr(self.descriptor.name) }.to_str().unwrap_or_default()
     }
 
-    /// Returns the pointer to the instance, to pass to its entry.
+    /// Returns the pointer to the instance that its entry takes.
     pub(crate) fn instance(&self) -> *mut u8 {
         self.memory.start()
     }
@@ -212,7 +212,7 @@ impl Block {
         self.memory.start().cast()
     }
 
-    /// Returns address and length of the bytes that condition `item` reported last; length 0 if the condition has no value.
+    /// Returns the address and length of the value last reported with condition `item`; length 0 if the condition has no value.
     pub(crate) fn report_bytes(&self, item: usize) -> (*const u8, usize) {
         match self.items().get(item) {
             Some(declared) if declared.kind == kind::CONDITION && declared.report != NONE => {
@@ -230,7 +230,7 @@ impl Block {
         unsafe { word.write_unaligned(word.read_unaligned() | conditions) };
     }
 
-    /// Returns the word of the conditions reported since the last reset: bit i stands for item i.
+    /// Returns the word of the conditions reported since the last reset; bit i represents item i.
     pub fn reported(&self) -> Option<Cell> {
         self.reported.clone()
     }
@@ -251,8 +251,8 @@ impl Block {
         }
     }
 
-    /// Takes over states, outputs and invocation number of another block of the same code; does nothing if the code differs. Called by
-    /// the source's own thread between two invocations.
+    /// Takes over the states, outputs and invocation number of another block of the same code; does nothing if the code differs. Called
+    /// by the source's own thread between two invocations.
     pub fn keep(&self, from: &Block) {
         if !self.is_same_code(from) || std::ptr::eq(self, from) {
             return;
@@ -271,7 +271,7 @@ impl Block {
         std::ptr::eq(self.descriptor, other.descriptor)
     }
 
-    /// Returns true if an output of this block stores to `cell` (all of it or a part).
+    /// Returns true if an output of this block is stored in `cell` or a part of it.
     pub fn writes(&self, cell: &Cell) -> bool {
         let (start, end) = (cell.start() as usize, cell.start() as usize + cell.len());
         let outputs = self.items().iter().zip(&self.bound).filter(|(item, _)| item.kind == kind::OUTPUT);
@@ -302,7 +302,7 @@ fn items(descriptor: &'static Descriptor) -> &'static [Item] {
     unsafe { std::slice::from_raw_parts(descriptor.items, descriptor.item_count as usize) }
 }
 
-/// Returns true if a reset leaves the item's value unchanged, because others store it or it is declared `keep`.
+/// Returns true if a reset leaves the item's value unchanged, because it is stored from outside the block or declared `keep`.
 fn is_kept(item: &Item) -> bool {
     match item.kind {
         kind::PARAMETER | kind::CONDITION | kind::SIZE => true,

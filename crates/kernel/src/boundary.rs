@@ -39,8 +39,8 @@ impl Kernel {
         self.source.counters.stopped.store(false, Ordering::Release);
     }
 
-    /// Ends the source: brings its devices to the safe state and closes them, though others may still hold references. Leaves them open
-    /// if an heir takes over.
+    /// Ends the source: brings its devices to the safe state and closes them, even if other references to them exist. Leaves them open if
+    /// an heir takes over.
     pub fn close(&mut self) {
         if self.source.leaving.load(Ordering::Acquire) {
             return;
@@ -54,7 +54,8 @@ impl Kernel {
         }
     }
 
-    /// Carries out one script atomically, then publishes what it stored, serves the conditions of its `execute`s, and acknowledges it.
+    /// Carries out one script atomically, then publishes the values it stored, serves the conditions of its `execute`s, and acknowledges
+    /// it.
     #[cfg_attr(rtsan, sanitize(realtime = "nonblocking"))]
     pub fn carry_out(&mut self, mut submission: Box<Submission>, now_ns: i64) {
         self.begin();
@@ -97,7 +98,7 @@ impl Kernel {
     }
 
     /// Answers read-only scripts with the state before the firing while a firing of the virtual clock is in progress. Other scripts, and
-    /// read-only ones queued behind them, wait for its end; so do all scripts while a record is made.
+    /// read-only ones queued behind them, wait until the firing ends; all scripts wait while a record is made.
     pub fn answer_readings(&mut self, now_ns: i64) {
         if self.source.tape.is_some() {
             return;
@@ -122,7 +123,7 @@ impl Kernel {
         self.wake();
     }
 
-    /// Puts `table` in force and swaps the present one into its place.
+    /// Puts `table` in force and moves the current one into its place.
     fn swap(&mut self, table: &mut Box<Table>, now_ns: i64) {
         mem::swap(&mut self.table, table);
         for (slot, activation) in self.table.activations.iter().enumerate() {
@@ -276,12 +277,12 @@ impl Kernel {
     }
 }
 
-/// Returns the first multiple after the last firing; skips the division if it is not needed.
+/// Returns the first multiple of `every` after firing `firing`; skips the division if `every` is 1.
 fn next_multiple(firing: u64, every: u32) -> u64 {
     if every == 1 { firing + 1 } else { (firing / u64::from(every) + 1) * u64::from(every) }
 }
 
-/// Captures a value. Room was reserved when the script was submitted or, for a reaction, when its process was given its stages.
+/// Captures a value. The space was reserved when the script was submitted or, for a reaction, when the stages of its process were set.
 fn capture(cell: &Cell, captured: &mut Vec<u8>) {
     debug_assert!(captured.len() + cell.len() <= captured.capacity());
     let at = captured.len();

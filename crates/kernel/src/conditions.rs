@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Order in which conditions act: at the end of the firing that reported them, by priority, order of declaration, order of creation; only
-//! the first that moves its process acts.
+//! Order in which conditions act: at the end of the firing that reported them, by priority, then order of declaration, then order of
+//! creation. Only the first that moves its process acts.
 use crate::block::BlockId;
 use crate::event::Event;
 use crate::phase::CountedInvocations;
@@ -16,8 +16,8 @@ use opengpac::What;
 use opengpac::abi::outcome;
 use std::cmp::Reverse;
 
-/// Maximum number of rounds in which conditions reported by `execute`s in reactions are served immediately if no further firing is
-/// certain to come.
+/// Maximum number of rounds in which conditions reported by `execute`s in reactions are served immediately if the source may not fire
+/// again.
 const ROUNDS: usize = 16;
 
 impl Kernel {
@@ -143,7 +143,7 @@ impl Kernel {
         self.serve_entered(now_ns);
     }
 
-    /// Schedules a check of the remembered conditions of `process`, later in this boundary.
+    /// Schedules a check of the remembered conditions of `process` for later in this boundary.
     pub fn enter(&mut self, process: &Process) {
         if self.entered.len() < self.entered.capacity() {
             self.entered.push(process);
@@ -152,7 +152,7 @@ impl Kernel {
         }
     }
 
-    /// Lets conditions that were reported before a stage that awaits them act when the stage is entered.
+    /// Handles conditions that were reported before the stage that awaits them was entered: they take effect on entry.
     pub(crate) fn serve_entered(&mut self, now_ns: i64) {
         while let Some(process) = self.entered.pop() {
             // SAFETY: the script that entered the stage, or the table, holds the process.
@@ -169,7 +169,7 @@ impl Kernel {
         }
     }
 
-    /// Reports a condition with the value that its block reported or the message of its exception, and the captures of its reaction.
+    /// Reports a condition with the value reported by its block or the message of its exception, and with the captures of its reaction.
     fn tell_condition(&mut self, event: Event, step: u32, item: u8, result: u64) {
         if fault(result).is_some() {
             // SAFETY: a step of this process returned it, or it is no exception.

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Connections between interrupt sources, as the kernel sees them: the cells that a publication reads and that a latch fills.
+//! Connections between interrupt sources, as the kernel sees them: the cells that a publication reads and the cells that a latch fills.
 //!
-//! A row of a queue starts with [`row_prefix`] bytes: one bit for each member present in the row, then the number of each member's
-//! update. The members' values follow at `QueueMember::offset`.
+//! A row of a queue starts with [`row_prefix`] bytes: one bit for each member, set if the row contains it, then the update number of each
+//! member. The members' values follow at `QueueMember::offset`.
 use crate::connection_identity::{Nowhere, Way};
 use crate::memory::{Cell, Span, spans};
 use crate::phase::{CountedInvocations, State, stores};
@@ -13,12 +13,12 @@ use std::sync::Arc;
 
 /// A member of a connection's queue.
 pub struct QueueMember<A> {
-    /// Cell in the writer's image (outbound) or the reader's (inbound).
+    /// Cell in the image of the writer (outbound) or of the reader (inbound).
     pub cell: Cell,
-    /// Offset of the member in a row, at least [`row_prefix`] of the connection's number of members.
+    /// Offset of the member in a row; at least [`row_prefix`] for the connection's number of members.
     pub offset: usize,
-    /// The writer's activation (outbound): rows contain the member in firings in which it was due and did not fault. For a ratio input
-    /// (inbound), the reader's activation, whose invocations select the row.
+    /// Outbound: the writer's activation; a row contains the member if the activation was due in that firing and did not fault. Inbound,
+    /// for a ratio input: the reader's activation, whose invocations select the row.
     pub activation: Option<Arc<A>>,
     /// Inbound: 0 for a synchronous member, n for a ratio input n (taken by number). Outbound: n if the writer's output is a ratio output
     /// n, else 0.
@@ -32,11 +32,11 @@ pub fn row_prefix(members: usize) -> usize {
 
 pub(crate) const WORD: usize = 8;
 
-/// One end of a connection, with the identity of the connection if the other end may be remote.
+/// One end of a connection, with the connection's identity if the other end may be remote.
 pub struct End<T: ?Sized> {
     /// The end itself.
     pub end: Box<T>,
-    /// `None` if both ends were made together.
+    /// `None` if both ends were created together.
     pub way: Option<Way>,
 }
 
@@ -64,8 +64,8 @@ unsafe impl<A: Send + Sync> Send for Outbound<A> {}
 unsafe impl<A: Send + Sync> Sync for Outbound<A> {}
 
 impl<A: CountedInvocations> Outbound<A> {
-    /// Makes the outbound side. `group`: the asynchronous members, in the order of their position in the group. `wake` is raised once in
-    /// each firing in which a row was sent, or in each firing if the connection has no queue.
+    /// Creates the outbound side. `group`: the asynchronous members, in the order of their position in the group. `wake` is raised once
+    /// in each firing in which a row was sent, or in each firing if the connection has no queue.
     pub fn new(sender: impl Into<End<dyn Sender>>, group: Vec<Cell>, queue: Vec<QueueMember<A>>, wake: Option<SourceId>) -> Arc<Outbound<A>> {
         let (spans, group_len) = spans(&group);
         let End { end, way } = sender.into();
@@ -129,8 +129,8 @@ impl<A: CountedInvocations> Outbound<A> {
         sender.publish(number, now_ns);
     }
 
-    /// Sends a row with the members that were updated in this firing; `stored(m)` tells whether the step that writes member m succeeded.
-    /// Returns whether the reader is to be raised, or the first member of a row that was lost.
+    /// Sends a row with the members that were updated in this firing; `stored(m)` is true if the step that writes member m succeeded.
+    /// Returns true if the reader must be raised; fails with the first member of a row that was lost.
     ///
     /// # Safety
     /// As for `publish`.
@@ -174,7 +174,7 @@ fn stores_member(state: &State, n: u32) -> bool {
     stores(state.number - state.activated, n)
 }
 
-/// Returns the number of this update of the member, counted from 0 at activation.
+/// Returns the number of the member's current update, counted from 0 at activation.
 fn update_number(state: &State, n: u32) -> u64 {
     let phase = state.number - state.activated;
     phase / u64::from(n.max(1))

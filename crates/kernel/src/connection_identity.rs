@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Identity of a connection whose ends are made separately, and the stand-in for an end that carries nothing.
+//! Identity of a connection whose ends are created separately, and the placeholder for an end that carries no data.
 use interconnect::{ConnectionSpec, Full, Header, Receiver, Sender};
 use std::any::Any;
 use std::sync::Arc;
@@ -15,10 +15,10 @@ pub enum Reach {
     Network,
 }
 
-/// Identity of a connection, from which both of its ends are made, wherever they are located.
+/// Identity of a connection, from which each of its ends is created, wherever it is located.
 #[derive(Clone, Copy, Debug)]
 pub struct Way {
-    /// Unique in the system; never reused.
+    /// Number of the connection: unique in the system, never reused.
     pub number: u64,
     /// Sources and lengths of the connection.
     pub spec: ConnectionSpec,
@@ -26,8 +26,8 @@ pub struct Way {
     pub reach: Reach,
 }
 
-/// Stand-in for an end of a connection that carries nothing: a remote end, in tables that are kept here but run elsewhere
-/// ([`Nowhere::default`]), or an end that could not be made, in a table that runs here ([`Nowhere::of`]).
+/// Placeholder for an end of a connection that carries no data: a remote end, in a table that is kept here but runs elsewhere
+/// ([`Nowhere::default`]), or an end that could not be created, in a table that runs here ([`Nowhere::of`]).
 #[derive(Default)]
 pub struct Nowhere {
     group: Vec<u8>,
@@ -36,12 +36,13 @@ pub struct Nowhere {
 }
 
 impl Nowhere {
-    /// Makes the stand-in for an end of `spec` that could not be made: publications are discarded, and rows find no room.
+    /// Creates the placeholder for an end of `spec` that could not be created: publications are discarded, and rows are refused as if the
+    /// queue were full.
     pub fn of(spec: &ConnectionSpec) -> Nowhere {
         Nowhere { group: vec![0; spec.asynchronous_len], _kept: None }
     }
 
-    /// Makes the stand-in for a remote end; keeps `kept` alive.
+    /// Creates the placeholder for a remote end; keeps `kept` alive.
     pub fn keeping(kept: Option<Arc<dyn Any + Send + Sync>>) -> Nowhere {
         Nowhere { group: Vec::new(), _kept: kept }
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rust interface of the containment: a step loop that a signal inside block code can end, and the stack of its handlers.
+//! Rust interface of the containment: a step loop that a signal inside block code can end, and the alternate stack of its signal
+//! handlers.
 use crate::charge::Charge;
 use crate::hearing::{self, Unheard};
 use forks::UnforkedMemory;
@@ -11,8 +12,8 @@ use std::ptr;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicI32, AtomicI64, AtomicPtr, AtomicU32, Ordering};
 
-/// Containment of one source, in memory that forked children do not inherit. The first fields are shared with `containment.c`; the jump
-/// buffer follows, in memory of the size that C reports.
+/// Containment of one source, in memory that forked children do not inherit. The first fields are shared with `containment.c`; they are
+/// followed by the jump buffer, whose size C reports.
 #[repr(C)]
 struct ContainmentMemory {
     step: AtomicU32,
@@ -39,7 +40,7 @@ unsafe extern "C" {
 /// Value of `step` while no block runs.
 pub const OUTSIDE: u32 = u32::MAX;
 
-/// Size of one source's part of a black box, in bytes. The first four are the running step (`u32::MAX`: none).
+/// Size of one source's section of a black box, in bytes. The first four bytes are the running step (`u32::MAX`: none).
 pub const BLACK_BOX_LEN: usize = 1024;
 
 /// Abnormal end of a loop.
@@ -47,9 +48,9 @@ pub struct Over {
     pub(crate) signal: i32,
     /// Faulting step.
     pub(crate) step: u32,
-    /// The step that was ended; `None` if the loop ran to its end too late.
+    /// Step that was aborted; `None` if the loop returned, but exceeded its budget.
     pub(crate) at: Option<u32>,
-    /// True if it was ended in code of a library that may hold a lock: this thread must not call the library again.
+    /// True if the step was aborted in code of a library that may hold a lock: this thread must not call the library again.
     pub is_lost: bool,
 }
 
@@ -60,10 +61,10 @@ impl Over {
     }
 }
 
-/// Contains faults of blocks in the step loop of one source. The source's thread runs the loop; the watchdog reads its age.
+/// Contains faults of blocks in the step loop of one source. The source's thread runs the loop; the watchdog monitors its age.
 pub struct Containment {
     shared: *mut ContainmentMemory,
-    /// Memory owned by the containment; `None` if it lies in a black box.
+    /// Memory owned by the containment; `None` if it is in a black box.
     _memory: Option<UnforkedMemory>,
     /// Thread that runs the loop, for the watchdog.
     thread: AtomicPtr<c_void>,
@@ -71,16 +72,16 @@ pub struct Containment {
     own_thread: AtomicI32,
     /// Time charged to the current loop, if time for which its thread waits for a core does not count.
     charge: Option<Mutex<Charge>>,
-    /// Signals that the watchdog has sent for the current loop.
+    /// Signals that the watchdog has sent during the current loop.
     unheard: Unheard,
-    /// Number of watchdog polls since the process was to end; 0 if it is not.
+    /// Number of watchdog polls since this process announced its exit; 0 if it is not exiting.
     retires: AtomicU32,
 }
 
-/// Pseudo signal number of a loop that ran to its end after a block called fork().
+/// Pseudo signal number for a loop that ran to completion after a block called fork().
 const FORKED: i32 = 0x1_0000;
 
-/// Number of watchdog polls, 10 ms apart, that devices are given to become safe before a process ends.
+/// Number of watchdog polls, 10 ms apart, for which an exiting process waits for its devices to become safe.
 const RETIRE_LOOKS: u32 = 20;
 
 /// Exit status of a process that cannot be trusted: EX_SOFTWARE.
@@ -88,8 +89,8 @@ pub const RETIRED: i32 = 70;
 
 static RETIRES: AtomicBool = AtomicBool::new(false);
 
-/// Makes this process exit if a block is ended in code of a library that may hold a lock. For processes started for their processors,
-/// which guard and supervisor outlive.
+/// Makes this process exit if a block is ended in code of a library that may hold a lock. For processes that run only processors: the
+/// guard and the supervisor outlive them.
 pub fn retire_when_lost() {
     RETIRES.store(true, Ordering::Release);
 }
@@ -98,7 +99,7 @@ pub fn is_retiring() -> bool {
     RETIRES.load(Ordering::Acquire)
 }
 
-/// Ends this process immediately, without flushing or freeing: both could wait for a lock that is never released.
+/// Ends this process immediately, without flushing or freeing: either could wait for a lock that is never released.
 pub fn end_process() -> ! {
     // SAFETY: ends the process.
     unsafe { libc::_exit(RETIRED) }
@@ -120,11 +121,11 @@ impl Containment {
         Containment::of(shared, Some(memory))
     }
 
-    /// Makes a containment in memory that others read after this process has exited: [`BLACK_BOX_LEN`] zeroed bytes at `memory`, aligned
-    /// to a cache line, valid for the lifetime of the containment.
+    /// Creates a containment in memory that other processes read after this process has exited: [`BLACK_BOX_LEN`] zeroed bytes at
+    /// `memory`, aligned to a cache line, valid for the lifetime of the containment.
     ///
     /// # Safety
-    /// Nobody else writes there.
+    /// No other code writes there.
     pub unsafe fn at(memory: *mut u8, budget_ns: i64) -> Containment {
         // SAFETY: a constant.
         assert!(unsafe { opengpac_containment_size() } <= BLACK_BOX_LEN, "a containment fits into its place in a black box");
@@ -158,7 +159,7 @@ impl Containment {
         unsafe { &*self.shared }
     }
 
-    /// Runs `body(argument)`. Returns `None` if it returned in time and no block has called fork(), else how it ended.
+    /// Runs `body(argument)`. Returns `None` if it returned in time and no block called fork(), otherwise its abnormal end.
     ///
     /// # Safety
     /// `body` keeps nothing on its stack that must be dropped while [`Containment::enter`] has a step set: a signal jumps over it.
@@ -194,7 +195,7 @@ impl Containment {
         self.shared().budget_ns.store(budget_ns, Ordering::Relaxed);
     }
 
-    /// Subtracts time that others used within the loop from its age; does nothing if no loop runs.
+    /// Subtracts the time that nested firings used within the loop from the loop's age; does nothing if no loop runs.
     pub fn excuse(&self, ns: i64) {
         let started = &self.shared().started_ns;
         let present = started.load(Ordering::Relaxed);
@@ -203,7 +204,7 @@ impl Containment {
         }
     }
 
-    /// Subtracts `late_ns` from the age of a loop that started earlier, because the whole process stood still for that time, until
+    /// Subtracts `late_ns` from the age of a loop that started earlier, because the whole process was suspended for that time, until
     /// `now_ns` of CLOCK_MONOTONIC.
     pub fn forgive(&self, late_ns: i64, now_ns: i64) {
         let started = self.shared().started_ns.load(Ordering::Relaxed);
@@ -277,15 +278,15 @@ impl Containment {
         self.own_thread.store(unsafe { libc::gettid() }, Ordering::Release);
     }
 
-    /// Returns true if the source's own thread has ended. A thread that was not asked to close was ended by the system, for example
+    /// Returns true if the source's own thread has exited. A thread that was not asked to close was ended by the system, for example
     /// because a block dropped a privilege.
     pub fn is_gone(&self) -> bool {
         let thread = self.own_thread.load(Ordering::Acquire);
         thread != 0 && hearing::is_gone(thread)
     }
 
-    /// Removes the real-time priority of the thread: a thread that cannot be ended must not keep others from its core, or the program
-    /// from exiting.
+    /// Removes the real-time priority of the thread: a thread that cannot be ended must neither starve others on its core nor keep the
+    /// program from exiting.
     pub fn demote(&self) {
         let thread = self.thread.load(Ordering::Relaxed);
         let none = libc::sched_param { sched_priority: 0 };
@@ -293,8 +294,8 @@ impl Containment {
         unsafe { libc::pthread_setschedparam(thread as libc::pthread_t, libc::SCHED_OTHER, &none) };
     }
 
-    /// Announces that this process will exit soon: the black box keeps `step` as the last one that ran, and the watchdog waits only for a
-    /// limited time.
+    /// Announces that this process will exit soon: the black box keeps `step` as the last step that ran, and the watchdog waits only for
+    /// a limited time.
     pub(crate) fn retire(&self, step: u32) {
         self.shared().step.store(step, Ordering::Relaxed);
         // Old enough that the watchdog's next poll finds an expired loop.
@@ -303,12 +304,12 @@ impl Containment {
     }
 }
 
-/// Registers the module that contains this entry as block code, which may be left at any instruction. Not for the real-time path.
+/// Registers the module that contains this entry as block code, which may be aborted at any instruction. Not for the real-time path.
 pub fn trust(run: Run) {
     trust_code(run as *const c_void);
 }
 
-/// Registers the module of any function in the same way.
+/// Registers the module that contains the function `of` as block code.
 pub(crate) fn trust_code(of: *const c_void) {
     let _one = ONE_AT_A_TIME.lock().expect("nobody panics with the lock held");
     // SAFETY: one thread at a time; handlers may read what it adds to.
@@ -331,7 +332,7 @@ static BUDGET_SIGNAL: AtomicI32 = AtomicI32::new(0);
 /// Set if handlers may have been replaced; makes the watchdog check immediately.
 static IS_DUE: AtomicBool = AtomicBool::new(false);
 
-/// Makes the watchdog check the handlers soon, because a module was loaded or a block has faulted.
+/// Makes the watchdog check the signal handlers soon, because a module was loaded or a block has faulted.
 pub(crate) fn look_soon() {
     IS_DUE.store(true, Ordering::Release);
 }
@@ -341,8 +342,8 @@ pub fn is_look_due() -> bool {
     IS_DUE.swap(false, Ordering::AcqRel)
 }
 
-/// Checks that all handlers are in place, and reinstalls them in front if they are not. Returns a description of what was replaced. Not
-/// for the real-time path.
+/// Checks that all handlers are in place, and reinstalls them in front if they are not. Returns a description of the handlers that had
+/// replaced them. Not for the real-time path.
 pub fn restore_handlers() -> Option<String> {
     let mut by = ptr::null();
     // SAFETY: asks for handlers, and writes an address of our own.
@@ -376,7 +377,8 @@ fn object_of(function: *const c_void) -> String {
     format!("'{}'", unsafe { CStr::from_ptr(about.dli_fname) }.to_string_lossy())
 }
 
-/// Installs the handlers in front of existing ones. Called for each new host, because a crash reporter may have been enabled in between.
+/// Installs the handlers in front of existing ones. Called for each new host, because a crash reporter may have been enabled in the
+/// meantime.
 pub fn install() -> i32 {
     forks::claim_process();
     let _one = ONE_AT_A_TIME.lock().expect("nobody panics with the lock held");
@@ -399,7 +401,7 @@ struct HandlerStack {
 
 const STACK_LEN: usize = 64 * 1024;
 
-/// Gives this thread a signal stack with room for nested handlers, unless it has one. Costs little after the first time.
+/// Gives this thread a signal stack large enough for nested handlers, unless it has one. Cheap after the first call.
 pub fn prepare_thread() {
     if PREPARED.replace(true) {
         return;

@@ -14,7 +14,7 @@ pub enum Aside {
     Append(u32),
 }
 
-/// A copy is never ended, so the first word of the instance is 0.
+/// Copies of one step. The first word of the instance is 0, because a copy is never ended by the containment.
 #[repr(C)]
 pub struct Copies(pub(crate) u64, pub Vec<(Cell, Cell)>);
 

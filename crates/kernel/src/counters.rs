@@ -9,13 +9,13 @@ pub struct Statistics {
     pub firings: u64,
     /// Releases that were skipped because the previous firing had not finished.
     pub overruns: u64,
-    /// Ratio values that were absent when their reader needed them.
+    /// Ratio values that were missing when their reader needed them.
     pub late: u64,
     /// Invocations that faulted.
     pub faults: u64,
-    /// Lateness of the start of firings after their release: last, maximum, and counts in bins of powers of two from 2^0 ns to 2^31 ns.
+    /// Start latency of firings relative to their release: last, maximum, and counts in bins of powers of two from 2^0 ns to 2^31 ns.
     pub jitter_last_ns: u64,
-    /// Maximum lateness.
+    /// Maximum start latency.
     pub jitter_max_ns: u64,
     /// Bin b counts values from 2^b to 2^(b+1) ns; the first also includes 0, the last also larger values.
     pub jitter_bins: [u64; 32],
@@ -23,15 +23,15 @@ pub struct Statistics {
     pub duration_last_ns: u64,
     /// Maximum duration.
     pub duration_max_ns: u64,
-    /// Bins like those of `jitter_bins`.
+    /// Counts of durations, in the same bins as `jitter_bins`.
     pub duration_bins: [u64; 32],
-    /// Sum over all firings; gives the share of time in which the source is busy.
+    /// Sum over all firings; yields the share of time in which the source is busy.
     pub duration_sum_ns: u64,
-    /// Conditions and other events that were lost for lack of room.
+    /// Conditions and other events that were lost because their queue was full.
     pub lost: u64,
     /// True if a fault has stopped the source.
     pub stopped: bool,
-    /// Rights that were requested but not granted (priority, memory lock, core), as messages; empty if all were granted.
+    /// Privileges that were requested but not granted (priority, memory lock, core), as messages; empty if all were granted.
     pub rights_missing: Vec<String>,
 }
 
@@ -49,7 +49,7 @@ pub struct Counters {
 }
 
 impl Counters {
-    /// Returns the present values.
+    /// Returns the current values.
     pub(crate) fn read(&self) -> Statistics {
         let load = |counter: &AtomicU64| counter.load(Ordering::Relaxed);
         Statistics {
@@ -93,7 +93,7 @@ impl Histogram {
     }
 }
 
-/// Adds to a counter that only this thread writes: no atomic read-modify-write.
+/// Adds to a counter that only this thread writes, without an atomic read-modify-write.
 #[inline]
 pub fn add(counter: &AtomicU64, n: u64) {
     counter.store(counter.load(Ordering::Relaxed) + n, Ordering::Relaxed);

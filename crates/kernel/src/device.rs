@@ -22,13 +22,13 @@ pub struct Device {
     pub(crate) engaged: Vec<AtomicBool>,
     pub(crate) standing: DeviceStanding,
     pub(crate) forcing: Forcing,
-    /// While set, every write is the safe one; the first invokes the driver's safe state.
+    /// While set, every write outputs the safe values; the first one invokes the driver's safe state.
     pub(crate) stop: OnceLock<Arc<AtomicBool>>,
     pub(crate) is_asking: AtomicBool,
-    /// Receiver of requests to a remote device.
+    /// Sends requests to a remote device.
     pub(crate) calls: OnceLock<Box<dyn Fn(DeviceCall) + Send + Sync>>,
     pub(crate) safe_handles: Mutex<Arc<Vec<SafeHandle>>>,
-    /// Readings that an heir sees.
+    /// Latest readings, published for an heir of the device.
     pub(crate) seen: LatestReading,
     pub(crate) service: UnsafeCell<Service>,
 }
@@ -39,7 +39,7 @@ unsafe impl Send for Device {}
 unsafe impl Sync for Device {}
 
 impl Device {
-    /// Opens the device. Commands hold their safe values.
+    /// Opens the device. Its commands initially hold their safe values.
     pub fn open(name: &str, mut driver: Box<dyn Driver>, now_ns: i64) -> Result<Arc<Device>, DeviceError> {
         driver.open(now_ns)?;
         let safe_handles = Mutex::new(Arc::new(driver.safe_handles()));
@@ -92,7 +92,7 @@ impl Device {
         }))
     }
 
-    /// Returns the complete readings and commands.
+    /// Returns the complete images of the readings and the commands.
     pub fn images(&self) -> (&Cell, &Cell) {
         (&self.readings, &self.commands)
     }
@@ -107,23 +107,23 @@ impl Device {
         &self.channels
     }
 
-    /// Returns the handles that bring the device's outputs to their safe state without this process; empty if the driver does not support
-    /// this.
+    /// Returns the handles that bring the device's outputs to their safe state without the help of this process; empty if the driver does
+    /// not support this.
     pub fn safe_handles(&self) -> Arc<Vec<SafeHandle>> {
         self.safe_handles.lock().expect("nobody panics with the lock held").clone()
     }
 
-    /// Replaces the device's safe handles when another driver serves it.
+    /// Replaces the device's safe handles when another driver takes over the device.
     pub fn set_safe_handles(&self, handles: Arc<Vec<SafeHandle>>) {
         *self.safe_handles.lock().expect("nobody panics with the lock held") = handles;
     }
 
-    /// Returns the device's state: whether it is lost, the requests of its channels, and how often slew limits acted.
+    /// Returns the device's state: whether it is lost, the requests of its channels, and how often their slew limits acted.
     pub fn standing(&self) -> &DeviceStanding {
         &self.standing
     }
 
-    /// Sets the receiver of requests to a remote device. Set once in the lifetime of a device.
+    /// Sets the function that sends requests to a remote device. Set once in the lifetime of a device.
     pub fn ask_through(&self, calls: Box<dyn Fn(DeviceCall) + Send + Sync>) {
         let _first = self.calls.set(calls);
     }
@@ -133,7 +133,7 @@ impl Device {
         &self.seen
     }
 
-    /// Returns the state that an exchange between two firings changes: driver, last outputs, the view of an heir.
+    /// Returns the state that an exchange between two firings changes: the driver, the last outputs, and the readings for an heir.
     ///
     /// # Safety
     /// No other thread accesses it: called by the kernel of its source, or while no kernel has the device in a table.
@@ -163,7 +163,7 @@ impl Device {
         }
     }
 
-    /// Marks a write channel as claimed or free (an atomic flag). Takes effect at the next write.
+    /// Marks a write channel as claimed or free, by an atomic flag. Takes effect at the next write.
     pub fn engage(&self, channel: usize, engaged: bool) {
         self.engaged[channel].store(engaged, Ordering::Release);
     }
@@ -173,8 +173,8 @@ impl Device {
         self.standing.limited[channel].load(Ordering::Relaxed)
     }
 
-    /// Makes every write the safe one while `stop` is set; the first invokes the driver's safe state. The flag is set once in the
-    /// lifetime of a device.
+    /// Makes every write output the safe values while `stop` is set; the first such write invokes the driver's safe state. The flag is
+    /// set once in the lifetime of a device.
     pub fn obey(&self, stop: Arc<AtomicBool>) {
         // A second call would pass the same flag: a host has only one.
         let _first = self.stop.set(stop);
@@ -196,7 +196,7 @@ impl Device {
         self.call(DeviceCall::Ask { channel: channel as u32, what: asked, at_zero });
     }
 
-    /// Returns true if `channel` made its request in the latest reading, or if the device is lost.
+    /// Returns true if `channel` made its request in the latest reading or the device is lost.
     pub fn asks(&self, channel: usize) -> bool {
         self.standing.asking[channel].now.load(Ordering::Acquire)
     }
@@ -278,7 +278,7 @@ impl Device {
     }
 
     /// Checks the channels with requests after a reading. Returns true if one of them changed, so that the supervisor must be notified.
-    /// `is_blind`: there are no valid readings (the device is lost or its source stopped), which counts as a request.
+    /// `is_blind`: there are no valid readings (the device is lost or its source has stopped), which counts as a request.
     ///
     /// # Safety
     /// As for `read`.
@@ -392,7 +392,7 @@ impl Device {
         service.driver.safe_state();
     }
 
-    /// Closes the driver. The last call of its kernel; others may hold the value itself much longer.
+    /// Closes the driver. This is the last call by the device's kernel; other references to the device may exist much longer.
     ///
     /// # Safety
     /// As for `service`.
@@ -410,7 +410,7 @@ impl Device {
         self.engaged.iter().any(|engaged| engaged.load(Ordering::Acquire))
     }
 
-    /// Brings the device to its safe state, and stops reading and writing it.
+    /// Brings the device to its safe state, and stops its reads and writes.
     ///
     /// # Safety
     /// As for `read`.

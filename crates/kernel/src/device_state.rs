@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Requests of the channels of a device, and the state of a device: set by the kernel of its source, read by others.
+//! Requests made by the channels of a device, and the state of a device: set by the kernel of its source, read by others.
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
-/// Request that a read channel makes through its value.
+/// Request that a read channel signals by its value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Ask {
-    /// Emergency stop: outputs are safe from the write of the same firing.
+    /// Emergency stop: the outputs are safe from the write of the same firing on.
     Stop,
     /// Notifies the supervisor of each change; the kernel itself does nothing.
     Tell,
 }
 
-/// State of a device; for a remote one, the state last reported.
+/// State of a device; for a remote device, the state last reported.
 pub struct DeviceStanding {
     /// True if the device has failed; it is then no longer read or written.
     pub lost: AtomicBool,
-    /// True if it has been read since it was opened. Not reported for remote devices.
+    /// True if the device has been read since it was opened. Not reported for remote devices.
     pub read: AtomicBool,
-    /// Requests of each channel: the reading that triggers the request, and whether it does now.
+    /// Request of each channel: the value that triggers it, and whether it is currently made.
     pub asking: Vec<Asking>,
     /// Number of times the slew limit of each channel acted.
     pub limited: Vec<AtomicU64>,
@@ -47,16 +47,16 @@ impl DeviceStanding {
 /// Request state of a monitored channel. Independent flags, set by the kernel and read by the supervisor.
 #[derive(Default)]
 pub struct Asking {
-    /// `OFF`, or the request and whether it is made at 0 (`AT_ZERO`).
+    /// `OFF`, or the request, combined with `AT_ZERO` if it is made at 0.
     pub(crate) what: AtomicU8,
     /// True while the channel makes its request.
     pub now: AtomicBool,
-    /// True if it has made its request since the last `forget`.
+    /// True if the channel has made its request since the last `forget`.
     pub once: AtomicBool,
 }
 
 impl Asking {
-    /// Returns the channel's request, and whether it is made at 0; `None` if the channel is not monitored.
+    /// Returns the channel's request, and true if it is made at 0; `None` if the channel is not monitored.
     pub fn of(&self) -> Option<(Ask, bool)> {
         let what = self.what.load(Ordering::Acquire);
         (what != OFF).then_some((if what & STOP != 0 { Ask::Stop } else { Ask::Tell }, what & AT_ZERO != 0))
@@ -71,9 +71,9 @@ pub(crate) const AT_ZERO: u8 = 4;
 /// Request to the processor of a remote device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum DeviceCall {
-    /// `Device::ask`.
+    /// Calls `Device::ask`.
     Ask { channel: u32, what: Ask, at_zero: bool },
-    /// `Device::forget`.
+    /// Calls `Device::forget`.
     Forget { channel: u32 },
     /// `Device::force`.
     Force { channel: u32, value: Option<u64> },

@@ -23,7 +23,7 @@ pub struct Edge {
     channel: memory::Cell,
     pub number: Number,
     pub raises: SourceId,
-    /// True if the value was above zero at the last reading; the first reading never counts as an edge.
+    /// True if the value was non-zero at the last reading; the first reading never counts as an edge.
     was_set: Remembered<Option<bool>>,
 }
 

@@ -18,25 +18,25 @@ pub enum Fault {
     NonFinite(u8),
     /// A signal (SIGSEGV, SIGFPE, SIGBUS, SIGILL, SIGTRAP, SIGABRT) inside block code: the source has stopped, its devices are safe.
     Signal(i32),
-    /// The time budget ran out inside block code: as for a signal.
+    /// The time budget was exceeded inside block code; the consequences are those of a signal.
     Budget,
     /// A signal (its number, or 0 for an exceeded budget) in code of a library that may hold a lock: the source has ended permanently,
-    /// and its process cannot be trusted.
+    /// and its process can no longer be trusted.
     Lost(i32),
-    /// A C++ exception left the body; its message is the `value` of the event.
+    /// A C++ exception left the body; the `value` of the event is its message.
     Threw,
-    /// The body changed the floating-point control words; if the source has stopped, one of its blocks did.
+    /// The body changed the floating-point control words. If the source has stopped, it is only known that one of its blocks did.
     Floats,
-    /// The body called fork(): the child was ended, and the source stopped before anything of the firing was published.
+    /// The body called fork(): the child was ended, and the source stopped before it published anything of this firing.
     Forked,
 }
 
-/// An event, sent through a queue of fixed size that the kernel never waits for. Events that do not fit are counted and announced.
-/// Acknowledgements (`Done`) have room of their own and are never lost.
+/// An event, sent through a queue of fixed size for which the kernel never waits. Events that do not fit are counted, and their number is
+/// reported. Acknowledgements (`Done`) have their own space and are never lost.
 #[derive(Debug, serde::Serialize, serde::Deserialize)]
 pub enum Event {
-    /// A watched condition was reported. `acted`: this condition moved the process (to `stage`, or ended or froze it); the other
-    /// conditions of the firing have `acted` false. `captured`: bytes from the `Capture` ops of its reaction script. `number`: the
+    /// A watched condition was reported. `acted`: this condition moved the process (to `stage`, or ended or froze it); for the other
+    /// conditions of the firing, `acted` is false. `captured`: bytes from the `Capture` ops of its reaction script. `number`: the
     /// invocation that reported it (0 for a remembered condition that acts at a later stage). `alone`: no other condition was reported in
     /// the firing.
     Condition {
@@ -60,32 +60,32 @@ pub enum Event {
     Unwatched { source: SourceId, process: u64, generation: u32, block: BlockId, item: u8, fault: Option<Fault>, number: u64, time_ns: i64, value: Vec<u8> },
     /// The source stopped after a signal or an exceeded budget in `block`; pending and later scripts are still carried out.
     Stopped { source: SourceId, block: BlockId, process: u64, fault: Fault, time_ns: i64 },
-    /// A block that does not return has blocked the signal that would end it.
+    /// A block that does not return has blocked the signal that would abort it.
     Deaf { source: SourceId, time_ns: i64 },
     /// The operating system ended the thread of the source, between two firings or during one.
     Ended { source: SourceId, time_ns: i64 },
-    /// Fault handlers had been replaced, as the text says; they have been reinstalled.
+    /// Fault handlers had been replaced, as described by `text`; they have been reinstalled.
     Replaced { text: String, time_ns: i64 },
-    /// A device failed to be read or written; it is in its safe state.
+    /// A device could not be read or written; it is in its safe state.
     DeviceLost { source: SourceId, device: String, message: String, time_ns: i64 },
-    /// A channel with a request (`Device::ask`) started or stopped requesting, or can no longer be read.
+    /// A channel with a request (`Device::ask`) started or stopped making it, or can no longer be read.
     Asked { source: SourceId, time_ns: i64 },
-    /// A queue was full: a synchronous value was lost (`overrun`, naming both ends), or a ratio value arrived late.
+    /// A queue was full: a synchronous value was lost (an `overrun`, which names both ends), or a ratio value arrived late.
     Overrun { source: SourceId, reader: SourceId, member: u32, time_ns: i64 },
-    /// A ratio value was absent when its number was due; the old value is kept.
+    /// A ratio value was missing when its number was due; the old value is kept.
     Late { source: SourceId, member: u32, time_ns: i64 },
     /// The process of a remote source has exited. `block`: the block that was running, if known.
     Gone { source: SourceId, block: Option<BlockId>, message: String, time_ns: i64 },
-    /// An end of a connection could not be made; nothing will arrive over it.
+    /// An end of a connection could not be created; nothing will arrive through it.
     Unconnected { writer: SourceId, reader: SourceId, message: String },
-    /// A timer stood still for `late_ns`, together with its process or machine. `is_unattended`: longer than its outputs may be
-    /// unattended, so they were made safe.
+    /// A timer was suspended for `late_ns`, together with its process or machine. `is_unattended`: this was longer than its outputs may
+    /// be unattended, so they were made safe.
     StoodStill { source: SourceId, late_ns: i64, is_unattended: bool, time_ns: i64 },
-    /// Number of events that did not fit.
+    /// Number of events that were lost because the queue was full.
     Lost { source: SourceId, count: u64 },
-    /// A script was carried out at this boundary. The script is returned to be freed, together with the captures of its `Op::Capture`s,
-    /// in order. It is not serialized (see `wire::EventAs`); the variant is last, because those after a skipped variant would be
-    /// renumbered.
+    /// A script was carried out at this boundary. The script is returned so that it can be freed, together with the captures of its
+    /// `Op::Capture`s, in order. It is not serialized (see `wire::EventAs`); the variant is last, because variants after a skipped one
+    /// would be renumbered.
     #[serde(skip)]
     Done { source: SourceId, script: Box<Script>, firing: u64, time_ns: i64, captured: Vec<u8> },
 }
@@ -111,7 +111,7 @@ pub struct Teller {
 }
 
 impl Teller {
-    /// Sends an event; returns false if it was lost. The supervisor moves `value` and `captured` into the event when it takes it.
+    /// Sends an event; returns false if it was lost. The supervisor moves `value` and `captured` into the event when it receives it.
     pub(crate) fn tell(&mut self, serials: &AtomicU64, event: Event, value: &[u8], captured: &[u8]) -> bool {
         self.tell_lost(serials);
         if self.events.slots() == 0 || self.bytes.slots() < value.len() + captured.len() {
@@ -130,12 +130,12 @@ impl Teller {
         true
     }
 
-    /// Counts an event that found no room; it is announced once there is some.
+    /// Counts an event that was lost because the queue was full; the loss is reported once there is space.
     pub(crate) fn lose(&mut self) {
         self.lost += 1;
     }
 
-    /// Announces lost events if there are any and there is room again. Returns true if it did.
+    /// Reports lost events, if there are any and the queue has space again. Returns true if it did.
     #[inline]
     pub(crate) fn tell_lost(&mut self, serials: &AtomicU64) -> bool {
         if self.lost == 0 || self.events.slots() < 2 {
@@ -158,7 +158,7 @@ pub struct Listener {
     done: VecDeque<Box<Submission>>,
 }
 
-/// Makes both ends of the event queue of `source`.
+/// Creates both ends of the event queue of `source`.
 pub fn telling(source: SourceId) -> (Teller, Listener) {
     let (events, told) = RingBuffer::new(EVENTS);
     let (bytes, said) = RingBuffer::new(BYTES);
@@ -167,7 +167,7 @@ pub fn telling(source: SourceId) -> (Teller, Listener) {
 
 impl Listener {
     /// Returns the serial of the next event of this source, if there is one. `Done` acknowledgements and events of the ring are returned
-    /// in the order in which the source made them: whatever precedes a visible event is visible too, so checking the acknowledgements
+    /// in the order in which the source created them. Whatever precedes a visible event is visible too, so checking the acknowledgements
     /// before and after the ring finds the older one.
     pub fn next_serial(&mut self, done: &Mailbox) -> Option<u64> {
         self.done.extend(done.take());

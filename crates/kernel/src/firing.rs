@@ -22,7 +22,7 @@ use std::sync::atomic::Ordering;
 /// Result of the first part of a firing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ComputeResult {
-    /// The source had already been stopped.
+    /// The source had already stopped.
     Nothing,
     /// A step stopped the source.
     Stopped,
@@ -30,7 +30,8 @@ pub enum ComputeResult {
 }
 
 impl Kernel {
-    /// Runs firing `number`, released at `release_ns` on the host's clock, started at `started_ns` of CLOCK_MONOTONIC (for the budget).
+    /// Runs firing `number`, which was released at `release_ns` on the host's clock and started at `started_ns` of CLOCK_MONOTONIC (for
+    /// the budget).
     #[cfg_attr(rtsan, sanitize(realtime = "nonblocking"))]
     pub fn fire<P: Preempt>(&mut self, number: u64, release_ns: i64, started_ns: i64, preempt: &P) {
         let computed = self.compute(number, release_ns, started_ns, preempt);
@@ -69,7 +70,7 @@ impl Kernel {
         add(&self.source.counters.firings, 1);
     }
 
-    /// Runs an extra firing at `now_ns` in which `blocks` and the active blocks that they drive are due.
+    /// Runs an extra firing at `now_ns` in which `blocks`, and the active blocks that they drive, are due.
     pub(crate) fn execute(&mut self, blocks: &[Arc<Block>], now_ns: i64) {
         if self.stopped {
             return;
@@ -95,7 +96,7 @@ impl Kernel {
         }
     }
 
-    /// Publishes the values that scripts stored, after a firing or a script.
+    /// Publishes the values stored by scripts, after a firing or a script.
     pub(crate) fn settle(&mut self, now_ns: i64) {
         if self.stored {
             self.stored = false;
@@ -153,7 +154,7 @@ impl Kernel {
         }
     }
 
-    /// Counts the invocations that were due at skipped releases as used numbers.
+    /// Counts the invocations that were due at skipped releases, so that their numbers are used up.
     #[cold]
     fn count_missed(&mut self) {
         for (slot, activation) in self.table.activations.iter().enumerate() {
@@ -247,7 +248,7 @@ impl Kernel {
         self.table.look_for_blind();
     }
 
-    /// Stamps the activations that were due; those that read a lost device keep number and age of the last reading.
+    /// Stamps the activations that were due; those that read a lost device keep the number and age of the last reading.
     fn stamp(&mut self, now_ns: i64) {
         for slot in 0..self.table.due.len() {
             if self.table.due[slot] && !self.table.is_blind_at(slot) && (!self.careful || self.table.steps_of(slot).any(|step| self.table.ran[step as usize])) {
@@ -295,7 +296,7 @@ impl Kernel {
         }
     }
 
-    /// Publishes groups, sends rows, raises sources, and writes the rows of the programming system.
+    /// Publishes groups, sends rows, raises sources, and writes the rows for the programming system.
     fn publish<P: Preempt>(&mut self, now_ns: i64, preempt: &P) {
         self.publish_groups(now_ns, preempt);
         for index in 0..self.table.outbound.len() {
@@ -348,7 +349,7 @@ impl Kernel {
     }
 
     /// Stops the source after a signal or an exceeded budget in a block: aborts the firing and brings devices to their safe state.
-    /// Completed invocations have stored values that others may read, so these get their numbers.
+    /// Invocations that completed have stored values that others may read, so these are stamped with their numbers.
     #[cold]
     fn stop(&mut self, ended: EarlyEnd, time_ns: i64) {
         self.stopped = true;
@@ -372,8 +373,8 @@ impl Kernel {
         steps::report(self, ended.step, ended.result, time_ns);
     }
 
-    /// Abandons the source, whose thread must not call any library again. A process that was started for its processors exits here, with
-    /// its devices safe.
+    /// Abandons the source, whose thread must not call any library again. A process that was started only to run processors exits here,
+    /// with its devices safe.
     #[cold]
     fn lose_source(&mut self, step: u32) {
         self.source.is_lost.store(true, Ordering::Release);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Floating-point state: no block computes with control words that another one has set.
+//! Floating-point state: ensures that no block computes with control words set by another.
 //!
 //! The control words are set to standard values at the beginning of a firing and checked after its steps: two accesses per firing, none
-//! per block. Blocks of a module that *can* change them (the loader has detected it, [`mark::FLOATS`]) are called through [`run`], which
+//! per block. Blocks of a module that *can* change them (as detected by the loader, [`mark::FLOATS`]) are called through [`run`], which
 //! checks after each invocation: a change is a fault of that block, and is undone. A change found only at the end of a firing stops the
-//! source before anything is published; every block of this process is then called through [`run`], so that the next change can be
-//! attributed.
+//! source before anything is published; from then on, every block of this process is called through [`run`], so that the next change can
+//! be attributed.
 use crate::block::Block;
 use crate::containment::Call;
 use crate::memory::Cell;
@@ -16,7 +16,7 @@ use std::ffi::c_void;
 use std::ptr;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Set if the words have changed unexpectedly.
+/// Set if the control words have changed unexpectedly.
 pub(crate) static DISTRUST: AtomicBool = AtomicBool::new(false);
 
 /// Sets the standard control words at the beginning of a firing.
@@ -26,27 +26,27 @@ pub(crate) fn begin() {
     empty_stack();
 }
 
-/// Returns true if each invocation of `block` is to be checked.
+/// Returns true if each invocation of `block` must be checked.
 pub fn are_looked_at(block: &Block) -> bool {
     block.descriptor().reserved & mark::FLOATS != 0 || DISTRUST.load(Ordering::Relaxed)
 }
 
-/// Mark in the first word of a step's argument: the rest of the word is the address of the block's header.
+/// Flag in the first word of a step's argument; the rest of the word is the address of the block's header.
 const WATCHED: u64 = 1 << 62;
 
 /// A block whose invocations are checked one by one.
 #[repr(C)]
 pub(crate) struct WatchedBlock {
-    /// Word from which the containment finds out whether the block may be ended: the address of its header, and [`WATCHED`].
+    /// Word by which the containment finds out whether the block may be ended: the address of its header, combined with [`WATCHED`].
     header: u64,
     call: Call,
-    /// Cells that it may store to; the first is the instance itself.
+    /// Cells to which the block may store; the first is the instance itself.
     stores: Vec<Cell>,
     before: Vec<u8>,
 }
 
 impl WatchedBlock {
-    /// Returns the watcher of `block`; `None` if it cannot change the words.
+    /// Returns the watcher of `block`; `None` if the block cannot change the control words.
     pub(crate) fn of(block: &Block) -> Option<Box<WatchedBlock>> {
         if !are_looked_at(block) {
             return None;
@@ -84,7 +84,7 @@ impl WatchedBlock {
 /// Entry of a watched block.
 ///
 /// # Safety
-/// `watched` is a [`WatchedBlock`] that nothing else refers to; `invocation` is valid.
+/// `watched` is a [`WatchedBlock`] to which there is no other reference; `invocation` is valid.
 pub unsafe extern "C" fn run(watched: *mut c_void, invocation: *const Invocation) -> u64 {
     // SAFETY: the table keeps what it watches, and calls each with its own; no other reference to it is alive.
     let watched = unsafe { &mut *watched.cast::<WatchedBlock>() };
@@ -100,15 +100,15 @@ pub unsafe extern "C" fn run(watched: *mut c_void, invocation: *const Invocation
     result
 }
 
-/// Runs `call` outside any firing (a trial, for example) with standard control words, and returns whether it changed them. Restores the
-/// caller's.
+/// Runs `call` outside any firing (a trial, for example) with standard control words; also returns true if it changed them. Restores the
+/// caller's control words.
 pub fn outside<R>(call: impl FnOnce() -> R) -> (R, bool) {
     let _standard = opengpac::floats::Standard::enter();
     let result = call();
     (result, Words::standardise())
 }
 
-/// Returns the entry that the table calls for `block`: its own, or that of its watcher, which the table must keep.
+/// Returns the entry that the table calls for `block`: its own, or that of its watcher. The table must keep the watcher.
 pub(crate) fn entry(block: &Block) -> (Run, *mut c_void, Option<Box<WatchedBlock>>) {
     match WatchedBlock::of(block) {
         None => (block.descriptor().run, block.instance().cast(), None),

@@ -10,9 +10,9 @@ use std::ptr::fn_addr_eq;
 use std::sync::Arc;
 
 impl Table {
-    /// Returns the table with fused blocks. `find` is called with each run of adjacent blocks that are always due together and run by
-    /// their own entries; it returns the ranges that have a common entry, in order. For each block, that entry must do the same as the
-    /// block's own. Off the real-time path.
+    /// Returns the table with fused blocks. `find` is called with each run of adjacent blocks that are always due together and have their
+    /// own entries; it returns the ranges that have a common entry, in order. For each block, that entry must do the same as the block's
+    /// own. Off the real-time path.
     #[must_use]
     pub fn fused(mut self, mut find: impl FnMut(&[&Arc<Block>]) -> Vec<(Range<usize>, Bank)>) -> Table {
         let mut fused: Vec<FusedSteps> = Vec::new();

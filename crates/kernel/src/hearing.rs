@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Test whether a thread that is sent a signal repeatedly blocks it, or merely had no core to run on.
+//! Test whether a thread that repeatedly fails to receive a signal blocks it, or merely had no core to run on.
 use std::sync::atomic::{AtomicI64, AtomicU32, Ordering};
 
-/// Number of signals after which a thread is checked: more than a thread without a core of its own usually needs to get to run.
+/// Number of signals after which a thread is checked; a thread that shares its core usually runs before that many have been sent.
 const UNHEARD_MAX: u32 = 50;
 
-/// Running time since the first signal after which a thread must have received it. A signal is delivered before the next instruction of
-/// the program.
+/// CPU time since the first signal within which a thread must have received it. A signal is delivered before the next instruction of the
+/// program.
 const RUN_MAX_NS: i64 = 10_000_000;
 
 /// Signals that were sent to a thread but not received.
 #[derive(Default)]
 pub(crate) struct Unheard {
     count: AtomicU32,
-    /// Processor time of the thread when the first signal was sent, ns; -1: unknown.
+    /// CPU time of the thread when the first signal was sent, ns; -1 if unknown.
     run_ns: AtomicI64,
 }
 
@@ -29,7 +29,7 @@ impl Unheard {
         }
     }
 
-    /// Returns true if enough signals were not received that `thread` must be blocking them. A thread that `waits` for a core is not.
+    /// Returns true if so many signals were not received that `thread` must be blocking them. A thread that `waits` for a core is not.
     pub(crate) fn is_deaf(&self, thread: libc::pthread_t, waits: impl Fn(libc::clockid_t) -> bool) -> bool {
         if self.count.load(Ordering::Relaxed) <= UNHEARD_MAX {
             return false;

@@ -14,7 +14,7 @@ pub struct Inbound<A> {
     state: UnsafeCell<InboundState>,
     /// Release time of the publication that was latched last.
     brought_ns: AtomicI64,
-    /// Time since which a ratio value has been absent, plus one; 0 if none is.
+    /// Time since which a ratio value has been missing, plus one; 0 if no value is missing.
     late_ns: AtomicI64,
     spans: Vec<Span>,
     pub members: Vec<QueueMember<A>>,
@@ -33,27 +33,27 @@ struct WaitingValues {
     numbers: [u64; DEPTH],
     first: usize,
     count: usize,
-    /// Number of values taken so far; a reader that remembers this number has had the current value.
+    /// Number of values taken so far; a reader that recorded this number has already taken the current value.
     sequence: u64,
     /// Number of the value in the cell, for a ratio member.
     taken: Option<u64>,
-    /// Ratio value last found to be late, so that it is counted once.
+    /// Number of the ratio value last found to be late, so that it is counted only once.
     late: Option<u64>,
     /// Number of the newest value of a ratio member that has arrived since the reader was switched on.
     newest: Option<u64>,
-    /// Anchor of a ratio member n: (p, k) where invocation p of the reader, counted from its activation, takes number k, p + n number k
-    /// + 1, ….
+    /// Anchor (p, k) of a ratio member n: invocation p of the reader, counted from its activation, takes number k, invocation p + n takes
+    /// number k + 1, and so on.
     anchor: (u64, u64),
-    /// Invocations of a ratio member's reader since its activation, at the last check.
+    /// Number of invocations of a ratio member's reader since its activation, at the last check.
     phase: u64,
-    /// True while an active reader has not had the current value.
+    /// True while an active reader has not yet taken the current value.
     held: bool,
 }
 
-/// Maximum number of rows taken at once, so that a writer in another process that never stops cannot hold up a firing.
+/// Maximum number of rows taken at once, so that a writer in another process that sends without pause cannot hold up a firing.
 const ROWS_MAX: usize = 4096;
 
-/// Number of a member's values buffered on the reader's side; more wait in the connection's own queue.
+/// Maximum number of values of a member buffered on the reader's side; further values wait in the connection's queue.
 const DEPTH: usize = 4;
 
 // SAFETY: touched only by the kernel of the reading source.
@@ -62,7 +62,7 @@ unsafe impl<A: Send + Sync> Send for Inbound<A> {}
 unsafe impl<A: Send + Sync> Sync for Inbound<A> {}
 
 impl<A: CountedInvocations> Inbound<A> {
-    /// Makes the inbound side: `group` and `queue` are those of the writing end, with cells of the reader's image.
+    /// Creates the inbound side. `group` and `queue` match those of the writing end, but with cells of the reader's image.
     pub fn new(receiver: impl Into<End<dyn Receiver>>, group: Vec<Cell>, queue: Vec<QueueMember<A>>) -> Arc<Inbound<A>> {
         let (spans, _) = spans(&group);
         let waiting = queue.iter().map(|member| WaitingValues::new(member.cell.len(), member.ratio)).collect();
@@ -71,7 +71,7 @@ impl<A: CountedInvocations> Inbound<A> {
         Arc::new(Inbound { state, brought_ns: AtomicI64::new(i64::MIN), late_ns: AtomicI64::new(0), spans, members: queue, way, group })
     }
 
-    /// Drops the connection's carrier with its descriptors and threads; nothing arrives afterwards.
+    /// Drops the connection's carrier with its descriptors and threads; nothing is received afterwards.
     ///
     /// # Safety
     /// The kernel of the reading source has ended.
@@ -85,7 +85,7 @@ impl<A: CountedInvocations> Inbound<A> {
         Some(self.brought_ns.load(Ordering::Relaxed)).filter(|ns| *ns != i64::MIN)
     }
 
-    /// Returns the time since which a ratio value that its reader needs has been absent, ns on the clock.
+    /// Returns the time since which a ratio value that its reader needs has been missing, ns on the clock.
     pub fn late_since_ns(&self) -> Option<i64> {
         Some(self.late_ns.load(Ordering::Relaxed) - 1).filter(|ns| *ns >= 0)
     }
@@ -139,7 +139,7 @@ impl<A: CountedInvocations> Inbound<A> {
         !self.members.is_empty()
     }
 
-    /// Forgets which members are held.
+    /// Clears the held state of all members.
     ///
     /// # Safety
     /// As for `latch`.
@@ -148,7 +148,7 @@ impl<A: CountedInvocations> Inbound<A> {
         unsafe { &mut *self.state.get() }.waiting.iter_mut().for_each(|waiting| waiting.held = false);
     }
 
-    /// Marks a member as held if an active reader has not had its current value.
+    /// Marks a member as held if an active reader has not yet taken its current value.
     ///
     /// # Safety
     /// As for `latch`.
@@ -174,8 +174,8 @@ impl<A: CountedInvocations> Inbound<A> {
     }
 
     /// Takes ratio members by number for the readers that are due: invocation j takes number ⌊j/n⌋ − 1 if both started together.
-    /// Otherwise the first number that arrived is taken from the next invocation on, and the next one n invocations later. Calls `late`
-    /// with each member whose value is absent.
+    /// Otherwise, the first number that arrived is taken from the next invocation on, and the number after it n invocations later. Calls
+    /// `late` with each member whose value is missing.
     ///
     /// # Safety
     /// As for `latch`.
@@ -220,8 +220,8 @@ impl<A: CountedInvocations> Inbound<A> {
         unsafe { &*self.state.get() }.waiting[member].sequence
     }
 
-    /// Drops the pending values of these members, of all together, so that none is a row behind another: a reader that is switched on
-    /// takes nothing that arrived before.
+    /// Drops the pending values of all selected members together, so that none lags a row behind another: a reader that is switched on
+    /// takes no value that arrived earlier.
     ///
     /// # Safety
     /// As for `latch`.
@@ -248,14 +248,14 @@ impl<A: CountedInvocations> Inbound<A> {
         }
     }
 
-    /// Returns false for a ratio member whose reader is off, for which values are not kept.
+    /// Returns false for a ratio member whose reader is off; the values of such a member are not kept.
     fn is_read(&self, index: usize) -> bool {
         let member = &self.members[index];
         // SAFETY: an activation of the reading source, whose kernel asks.
         member.ratio == 0 || member.activation.as_ref().is_none_or(|activation| unsafe { (*activation.state()).on })
     }
 
-    /// Moves rows that have arrived to their members, as long as all members of a row have room.
+    /// Moves rows that have arrived to their members, as long as all members of a row have space.
     fn distribute(&self, state: &mut InboundState) {
         let masks = self.members.len().div_ceil(64);
         for _ in 0..ROWS_MAX {
@@ -294,7 +294,8 @@ impl WaitingValues {
         }
     }
 
-    /// Returns the reader's invocations since its activation. Starts over if the reader was switched on since the last check.
+    /// Returns the number of the reader's invocations since its activation. Restarts the numbering if the reader was switched on since
+    /// the last check.
     #[inline]
     fn attend(&mut self, reader: &State, ratio: u32) -> u64 {
         let phase = reader.number.saturating_sub(reader.activated);
@@ -305,14 +306,14 @@ impl WaitingValues {
         phase
     }
 
-    /// Starts over when the reader is switched on.
+    /// Restarts the numbering when the reader is switched on.
     #[cold]
     fn begin(&mut self, ratio: u32) {
         (self.taken, self.late, self.newest, self.anchor) = (None, None, None, (u64::from(ratio), 0));
     }
 
-    /// Relates an arriving number `number` of a ratio member to the reader's invocations. The first number since the reader or the writer
-    /// was switched on sets their relation: as if both had started together, unless that is off by more than one update.
+    /// Maps an arriving number `number` of a ratio member to the reader's invocations. The first number after the reader or the writer
+    /// was switched on determines the mapping: as if both had started together, unless that is off by more than one update.
     #[inline]
     fn relate(&mut self, number: u64, reader: &State, ratio: u32) {
         if !reader.on {

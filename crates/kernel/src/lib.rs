@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The kernel, which runs on every real-time processor (RTP): interrupts, context switching, dispatch.
 //!
-//! It knows tables, connections and reactions, but no verbs, Python, JSON or files. The supervisor prepares everything that it runs off
-//! the real-time path: a [`Table`] of steps for each interrupt source, [`Script`]s that change what is active between two firings, and
-//! [`Process`]es whose watches map conditions to scripts.
+//! It knows tables, connections and reactions, but no verbs, Python, JSON or files. The supervisor prepares everything that the kernel
+//! runs, off the real-time path: a [`Table`] of steps for each interrupt source, [`Script`]s that change what is active between two
+//! firings, and [`Process`]es whose watches map conditions to scripts.
 //!
 //! A firing of a source, in order: latch connections, read devices, run the steps that are due, write devices, publish connections, serve
-//! conditions. On that path: no lock, allocation, system call (but one wake), hash look-up or page fault.
+//! conditions. On that path: no lock, allocation, system call (except one wake), hash look-up or page fault.
 //!
 //! `firing` is that path, `steps` its hot loop; `conditions` serves conditions, and `boundary` carries out changes between two firings.
 //! The threads and clocks that drive the kernel, remote sources and records are in crate `runtime`.

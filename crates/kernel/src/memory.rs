@@ -4,9 +4,9 @@ use std::alloc::{Layout, alloc_zeroed, dealloc, handle_alloc_error};
 use std::ptr::NonNull;
 use std::sync::Arc;
 
-/// Zeroed memory of one image, aligned to a cache line, at an address that is stable while anybody holds it. An image is the set of
-/// extents of its source: one for each verb instance (its private cells and its blocks, side by side), and one for each group of SVVs
-/// that were made together. Freeing a verb instance frees its extents.
+/// Zeroed memory of one image, aligned to a cache line, at an address that is stable as long as the extent is held. An image is the set
+/// of extents of its source: one for each verb instance (its private cells and its blocks, side by side), and one for each group of SVVs
+/// that were created together. Freeing a verb instance frees its extents.
 pub struct Extent {
     start: NonNull<u8>,
     len: usize,
@@ -22,7 +22,7 @@ const LINE: usize = 64;
 const PAGE: usize = 4096;
 
 impl Extent {
-    /// Makes a zeroed extent of `len` bytes, touched so that no page fault occurs later.
+    /// Creates a zeroed extent of `len` bytes, touched so that no page fault occurs later.
     pub fn new(len: usize) -> Arc<Extent> {
         let layout = layout(len);
         // SAFETY: `layout` is never of size zero.
@@ -94,12 +94,12 @@ impl Cell {
         Cell { extent: self.extent.clone(), offset: self.offset + offset, len }
     }
 
-    /// Returns the cell of `len` bytes that starts at the same address, so that adjacent cells become one. Panics beyond the extent.
+    /// Returns the cell of `len` bytes that starts at the same address, to merge adjacent cells. Panics if it exceeds the extent.
     pub fn widened(&self, len: usize) -> Cell {
         self.extent.cell(self.offset, len)
     }
 
-    /// Stores `bytes` directly. Allowed only before anything that runs is bound to the cell (preparation) or, under the virtual clock or
+    /// Stores `bytes` directly. Allowed only before the cell is bound to anything that runs (preparation) or, under the virtual clock or
     /// from a driver's own source, between two firings; a running system changes cells by [`crate::Op::Store`].
     pub fn store(&self, bytes: &[u8]) {
         assert_eq!(bytes.len(), self.len, "a cell takes exactly its own number of bytes");
@@ -113,7 +113,7 @@ impl Cell {
         unsafe { std::slice::from_raw_parts(self.start(), self.len) }.to_vec()
     }
 
-    /// Returns true if both are the same memory.
+    /// Returns true if both cells are the same memory.
     pub fn is_same(&self, other: &Cell) -> bool {
         self.start() == other.start() && self.len() == other.len()
     }
@@ -143,7 +143,7 @@ pub struct Span {
     pub(crate) len: usize,
 }
 
-/// Returns the minimum set of copies that transfer `cells`, one after the other, to or from a group of bytes, and the group's length.
+/// Returns the minimum set of copies that transfer `cells`, in sequence, to or from a group of bytes, and the group's length.
 pub(crate) fn spans(cells: &[Cell]) -> (Vec<Span>, usize) {
     let mut spans: Vec<Span> = Vec::new();
     let mut at = 0;

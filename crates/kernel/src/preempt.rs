@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Points of a firing at which it may be preempted under the virtual clock. Real threads are preempted by the operating system and pay
-//! nothing for these points.
+//! Points of a firing at which it may be preempted under the virtual clock. Real threads are preempted by the operating system, so these
+//! points cost them nothing.
 
 /// Hook called at the preemption points of a firing: between latches, between steps, inside publications.
 pub trait Preempt {
-    /// False if no point ever does anything, so that the compiler removes them.
+    /// False if the hook never acts, so that the compiler removes the points.
     const POSSIBLE: bool;
-    /// Runs whatever preempts here.
+    /// Runs the firings that preempt at this point.
     fn point(&self);
 }
 
-/// Never preempts.
+/// Hook that never preempts.
 pub struct Never;
 
 impl Preempt for Never {

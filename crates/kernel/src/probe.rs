@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Block times: a probe that samples one block per firing. It costs three clock reads per firing instead of two per step, and one
-//! comparison per firing if nobody reads the times.
+//! Block times: a probe that samples one block per firing. It costs three clock reads per firing instead of two per step, and only one
+//! comparison per firing while the times are not being read.
 use crate::counters::add;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Durations of the invocations of a block that the probe sampled, in ns of real time under any clock, less the cost of reading the
-/// clock. Preemption of an invocation is included.
+/// clock. Includes the time for which an invocation was preempted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct BlockTimes {
     /// Number of invocations sampled since the block was installed.
@@ -16,7 +16,7 @@ pub struct BlockTimes {
     pub max_ns: u64,
     /// Sum of all durations.
     pub sum_ns: u64,
-    /// Number of the block's invocations since it was started, at the latest sample; two readings give its rate.
+    /// Number of the block's invocations since the block was started, as of the latest sample; two readings give its rate.
     pub number: u64,
 }
 

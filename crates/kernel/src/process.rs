@@ -14,20 +14,22 @@ pub const CAPTURED_MAX: usize = 128 * 1024;
 
 /// Response of the kernel to a watched condition.
 pub enum Response {
-    /// A prepared local answer: runs the script in the same firing, after publication, and moves to `next` (`None`: the process has
-    /// ended; further conditions are only recorded). Reported to the supervisor by `Event::Condition`.
+    /// A prepared local answer: runs the script in the same firing, after publication, and moves the process to `next` (`None`: the
+    /// process has ended; further conditions are only recorded). Reported to the supervisor by `Event::Condition`.
     React { script: Arc<dyn Reaction>, next: Option<u16> },
-    /// The process is frozen in its stage (nothing further acts), and the supervisor takes over.
+    /// The process is frozen in its stage (no further condition acts), and the supervisor takes over.
     Tell,
-    /// Remembered, so that a later stage whose `awaits` names it continues immediately; reported to the supervisor.
+    /// The condition is remembered, so that a later stage whose `awaits` names it continues immediately; it is reported to the
+    /// supervisor.
     Remember,
 }
 
-/// A prepared answer to a condition: a script, which the kernel carries out in the firing that reported it.
+/// A prepared answer to a condition: a script, which the kernel carries out in the firing that reported the condition.
 pub trait Reaction: Any + Send + Sync {
-    /// Returns the number of bytes that it captures.
+    /// Returns the number of bytes captured by the reaction.
     fn captured_len(&self) -> usize;
-    /// Returns true if it changes the structure of a source rather than only contents of blocks and devices; no reaction may.
+    /// Returns true if the reaction changes the structure of a source, rather than only the contents of blocks and devices; this is not
+    /// allowed.
     fn swaps(&self) -> bool;
 }
 
@@ -37,7 +39,7 @@ pub struct Watch {
     pub block: Option<BlockId>,
     /// Item index of the condition, or [`Watch::FAULT`].
     pub item: u8,
-    /// Index of the verb's termination condition that it stands for, reported in the event; below 64 if it is remembered.
+    /// Index of the verb's termination condition that the watch represents, reported in the event; below 64 if it is remembered.
     pub condition: u16,
     /// Priority: larger values first, then the order in this table.
     pub priority: i32,
@@ -46,7 +48,7 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// Item index that stands for a fault of the block.
+    /// Item index that represents a fault of the block.
     pub const FAULT: u8 = 255;
 
     pub fn matches(&self, block: BlockId, item: u8) -> bool {
@@ -61,14 +63,14 @@ pub struct Stage {
 }
 
 /// A verb instance as the kernels see it. It may have steps in several sources. Kernel, supervisor and PS race on one word, (generation,
-/// stage, moved): the first to move it acts.
+/// stage, moved): the first one to move the process acts.
 pub struct Process {
     id: u64,
     created: u64,
     home: Home,
     word: AtomicU64,
     pub stages: OnceLock<Vec<Stage>>,
-    /// One bit for each condition reported but not served in this generation.
+    /// One bit for each condition that was reported but not served in this generation.
     remembered: AtomicU64,
     /// Generation in which the current list began.
     list: AtomicU32,
@@ -78,17 +80,17 @@ pub struct Process {
 
 /// Location of a process's word.
 pub enum Home {
-    /// All of its sources are on this host.
+    /// All sources of the process are on this host.
     Here,
-    /// All of its sources are remote, in the same processor process: the word here only follows the remote one.
+    /// All sources of the process are remote, in the same processor process: the local word only mirrors the remote one.
     There(Arc<dyn RemoteWord>),
-    /// Here, although sources are in several locations: their kernels only report conditions.
+    /// The word is local, although the sources are in several locations; their kernels only report conditions.
     Spread,
 }
 
 /// Access to the word of a process whose sources are all remote.
 pub trait RemoteWord: Send + Sync {
-    /// Carries out [`Process::take`] remotely. `None` if there is no answer.
+    /// Carries out [`Process::take`] remotely. Returns `None` if there is no answer.
     fn take(&self, process: u64, generation: u32, insist: bool) -> Option<TakeResult>;
 }
 
@@ -104,13 +106,13 @@ pub enum TakeResult {
 }
 
 impl Process {
-    /// Makes a process. `created`: order of creation, for serving conditions of one firing. Stages may be set once, later (scripts refer
-    /// to the process). It starts in generation 0, stage 0, frozen until an `Op::Stage`.
+    /// Creates a process. `created`: order of creation, which orders the conditions served in one firing. The stages may be set once,
+    /// later, because scripts refer to the process. The process starts in generation 0, stage 0, frozen until an `Op::Stage`.
     pub fn new(id: u64, created: u64) -> Arc<Process> {
         Process::at(id, created, Home::Here)
     }
 
-    /// Makes a process some or all of whose sources are remote.
+    /// Creates a process some or all of whose sources are remote.
     pub fn at(id: u64, created: u64, home: Home) -> Arc<Process> {
         let word = AtomicU64::new(Word { generation: 0, stage: 0, flags: FROZEN }.pack());
         Arc::new(Process {
@@ -151,9 +153,9 @@ impl Process {
         (word.generation, word.stage)
     }
 
-    /// Takes the process from the kernels, for the supervisor, past `generation`: it is frozen until an `Op::Stage` of a later
-    /// generation, and pending stages of `generation` have no effect. If a kernel was faster and ended it in `generation` or, unless
-    /// `insist`, froze it, nothing changes; the kernel's event reports it.
+    /// Takes the process from the kernels for the supervisor: moves it past `generation` and freezes it until an `Op::Stage` of a later
+    /// generation. Pending stages of `generation` have no effect. Changes nothing if a kernel was faster and ended the process in
+    /// `generation` or, unless `insist`, froze it; the kernel's event reports this.
     pub fn take(&self, generation: u32, insist: bool) -> TakeResult {
         let Home::There(remote) = &self.home else { return self.take_here(generation, insist, None) };
         match remote.take(self.id, generation, insist) {
@@ -172,7 +174,7 @@ impl Process {
         }
     }
 
-    /// Takes the process here. `stage`: its stage, if the local word does not contain it.
+    /// Takes the process locally. `stage`: its stage, if the local word does not contain it.
     fn take_here(&self, generation: u32, insist: bool, stage: Option<u16>) -> TakeResult {
         let taken = self.change(|word| {
             let late = word.generation > generation || (word.generation == generation && (word.flags & ENDED != 0 || (word.flags == FROZEN && !insist)));
@@ -191,18 +193,18 @@ impl Process {
     }
 
     /// Moves the process from generation `from` to the next, for the supervisor, frozen until an `Op::Stage`. Returns false if a kernel
-    /// was faster (it froze or ended the process); the kernel's event reports it.
+    /// was faster and froze or ended the process; the kernel's event reports this.
     pub fn claim(&self, from: u32) -> bool {
         self.change(|word| (word.generation == from && word.acts()).then_some(Word { generation: from + 1, stage: word.stage, flags: FROZEN | CLAIMED }))
             .is_some()
     }
 
-    /// Returns true if its sources are in several locations, so that only the supervisor answers its conditions.
+    /// Returns true if the process's sources are in several locations, so that only the supervisor answers its conditions.
     pub fn is_spread(&self) -> bool {
         matches!(self.home, Home::Spread)
     }
 
-    /// Stores the stage of a process whose word is remote; later reports refer to it.
+    /// Stores the stage of a process whose word is remote; subsequent reports refer to it.
     pub fn at_stage(&self, stage: u16, generation: u32) {
         self.change(|word| (word.generation <= generation).then_some(Word { generation, stage, flags: 0 }));
     }
@@ -231,7 +233,7 @@ impl Process {
         self.stages.get().and_then(|stages| stages.get(usize::from(stage))).map_or(&[], |stage| &stage.watches)
     }
 
-    /// Returns the watch of `stage` for a condition, with its index: the first in the order of serving.
+    /// Returns the watch of `stage` for a condition, with its index: the first one in serving order.
     pub fn watch_of(&self, stage: u16, block: BlockId, item: u8) -> Option<(usize, &Watch)> {
         let lines = self.watches(stage).iter().enumerate().filter(|(_, watch)| watch.matches(block, item));
         lines.min_by_key(|(line, watch)| (Reverse(watch.priority), *line))
@@ -248,7 +250,7 @@ impl Process {
     }
 
     /// Carries out `Op::Stage`; returns true if it took effect. A new generation forgets the remembered conditions, unless the supervisor
-    /// had taken the process and continues in the generation that this gave. Stages of an older generation, or of one that is already
+    /// had taken the process and continues in the generation that started then. Stages of an older generation, or of one that is already
     /// under way, have no effect.
     pub fn enter(&self, stage: u16, generation: Option<u32>) -> bool {
         let entered = self.change(|word| match generation {
@@ -299,7 +301,7 @@ impl Process {
         self.remembered.fetch_and(!(1 << condition), Ordering::AcqRel);
     }
 
-    /// Returns the process's running time in `source`, made if it is missing. Not on the real-time path.
+    /// Returns the process's running time in `source`; creates it if it is missing. Not on the real-time path.
     pub fn prepare_time(&self, source: SourceId) -> &RunningTime {
         self.times.prepare(source)
     }
@@ -313,7 +315,7 @@ impl Process {
         self.word.compare_exchange(seen.pack(), next.pack(), Ordering::AcqRel, Ordering::Acquire).is_ok()
     }
 
-    /// Changes the word. Returns the previous one, or `None` if `next` refused.
+    /// Changes the word. Returns the previous word, or `None` if `next` refused the change.
     fn change(&self, next: impl Fn(Word) -> Option<Word>) -> Option<Word> {
         self.word.fetch_update(Ordering::AcqRel, Ordering::Acquire, |word| next(Word::unpack(word)).map(Word::pack)).ok().map(Word::unpack)
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The word of a process, on which kernel, supervisor and programming system race.
+//! The word of a process, for which kernel, supervisor and programming system race.
 
 /// Word of a process: generation 32 | stage 16 | flags 16.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -25,13 +25,13 @@ impl Word {
         Word { generation: (word >> 32) as u32, stage: (word >> 16) as u16, flags: word as u16 }
     }
 
-    /// Returns true while conditions act.
+    /// Returns true while conditions take effect.
     pub fn acts(self) -> bool {
         self.flags == 0
     }
 
-    /// Returns true while a reported condition counts for the waits of the current list; also while the supervisor has taken the process
-    /// to continue it. If the process moves to another list, remembered conditions are forgotten.
+    /// Returns true while a reported condition counts for the waits of the current list, including while the supervisor has taken the
+    /// process to continue it. Remembered conditions are forgotten when the process moves to another list.
     pub fn remembers(self) -> bool {
         self.flags & ENDED == 0
     }

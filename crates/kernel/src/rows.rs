@@ -13,7 +13,7 @@ unsafe impl Send for RowsEnd {}
 unsafe impl Sync for RowsEnd {}
 
 impl RowsEnd {
-    /// Wraps the writing end that `interconnect::rows` made.
+    /// Wraps the writing end created by `interconnect::rows`.
     pub fn new(writer: interconnect::RowsWriter) -> Arc<RowsEnd> {
         Arc::new(RowsEnd(UnsafeCell::new(writer)))
     }
@@ -31,8 +31,8 @@ impl RowsEnd {
         unsafe { &*self.0.get() }.reader()
     }
 
-    /// Writes a row that a remote kernel wrote, `lost` rows after the previous one. Called only by the thread that receives from that
-    /// kernel. Ignores rows of a different length.
+    /// Writes a row received from a remote kernel, `lost` rows after the previous one. Called only by the thread that receives from that
+    /// kernel. Ignores rows of the wrong length.
     pub fn repeat(&self, lost: u64, number: u64, time_ns: i64, bytes: &[u8]) {
         // SAFETY: the caller is the one that touches it: the ring's source has no kernel here.
         let writer = unsafe { &mut *self.0.get() };
@@ -42,7 +42,7 @@ impl RowsEnd {
         }
     }
 
-    /// Prefetches the memory of the next row, before the steps run whose values it takes.
+    /// Prefetches the memory of the next row before the steps run.
     ///
     /// # Safety
     /// Called only by the kernel of its source.

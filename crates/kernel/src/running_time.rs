@@ -26,7 +26,7 @@ pub struct RunningTime {
 #[derive(Default)]
 pub struct TimeState {
     pub(crate) invocation: Invocation,
-    /// Clock time at which the running time was 0, while it runs; otherwise the running time itself.
+    /// Clock time at which the running time was 0, while it runs; the running time itself, while it is paused.
     base_ns: i64,
     runs: bool,
     /// Serving pass in which a condition of the process acted last.
@@ -34,7 +34,7 @@ pub struct TimeState {
 }
 
 impl RunningTimes {
-    /// Returns the running time of `source`, made if it is missing. Not on the real-time path.
+    /// Returns the running time of `source`; creates it if it is missing. Not on the real-time path.
     pub(crate) fn prepare(&self, source: SourceId) -> &RunningTime {
         let mut made: *mut RunningTime = ptr::null_mut();
         loop {
@@ -107,7 +107,7 @@ impl TimeState {
         self.runs = true;
     }
 
-    /// Follows another running time whose clock is ahead by `ahead_ns` (0 on the same host).
+    /// Continues another running time whose clock is ahead by `ahead_ns` (0 on the same host).
     pub fn keep(&mut self, other: &TimeState, ahead_ns: i64) {
         (self.base_ns, self.runs) = (if other.runs { other.base_ns - ahead_ns } else { other.base_ns }, other.runs);
     }

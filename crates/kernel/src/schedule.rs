@@ -13,22 +13,22 @@ pub type Outbound = connection::Outbound<Activation>;
 /// A member of a connection's queue.
 pub type QueueMember = connection::QueueMember<Activation>;
 
-/// Rule by which the steps of an active activation are due.
+/// Rule that determines when the steps of an active activation are due.
 #[derive(Clone)]
 pub enum Due {
     /// Due at the firings of its source whose number is a multiple of `every` (set by `Op::On`): an execution interval on a
     /// timer (firing k releases at epoch + k · period), a trigger with `every` 1.
     Interval,
-    /// Due in the same firing as all of `by`, on every n-th of their invocations since they were activated (n > 1 only behind a ratio
-    /// output): blocks with synchronous inputs whose writers run in the same source.
+    /// Due in the same firing as all of `by`, on every n-th of their invocations since they were activated (n > 1 only if driven by a
+    /// ratio output): blocks with synchronous inputs whose writers run in the same source.
     Driven { by: Vec<(Arc<Activation>, u32)> },
-    /// Due when every one of these inbound queue members (connection, member) has a value that it has not had yet, and all of `by` are
-    /// due as above.
+    /// Due when every one of these inbound queue members (connection, member) has a value that this activation has not taken yet, and all
+    /// of `by` are due as above.
     Queued { members: Vec<(Arc<Inbound>, usize)>, by: Vec<(Arc<Activation>, u32)> },
 }
 
 impl Due {
-    /// Returns the activations that drive it.
+    /// Returns the activations that drive this one.
     pub(crate) fn drivers(&self) -> &[(Arc<Activation>, u32)] {
         match self {
             Due::Interval => &[],
@@ -36,19 +36,19 @@ impl Due {
         }
     }
 
-    /// Returns storage for the sequence of the last value that each member had.
+    /// Returns storage for the sequence number of the last value taken from each member.
     pub(crate) fn had(&self) -> Box<[u64]> {
         let members = if let Due::Queued { members, .. } = self { members.len() } else { 0 };
         vec![0; members].into()
     }
 }
 
-/// Schedule of steps that are always active together at one rate. Shared by successive tables, so that a new table does not disturb what
-/// runs; changed only by the kernel of its source, between two firings.
+/// Schedule of steps that are always active together at one rate. Shared by successive tables, so that a new table does not disturb
+/// running steps; changed only by the kernel of its source, between two firings.
 pub struct Activation {
     /// Rule in force, for the kernel of its source.
     due: UnsafeCell<Due>,
-    /// The same rule as the builder of tables sees it, including a pending `follow`.
+    /// The same rule as seen by the table builder, including a pending `follow`.
     planned: Mutex<Due>,
     stamp: Option<Cell>,
     budget_ns: Option<u64>,
@@ -68,14 +68,14 @@ impl CountedInvocations for Activation {
 }
 
 impl Activation {
-    /// Makes an activation that is off. `stamp`: [`STAMP_LEN`] bytes of the image that contain, after each due firing, the number of the
-    /// last invocation (u64), its release time (i64) and the number at activation (u64); SVVs written by its blocks carry this stamp.
+    /// Creates an activation that is off. `stamp`: [`STAMP_LEN`] bytes of the image that contain, after each due firing, the number of
+    /// the last invocation (u64), its release time (i64) and the number at activation (u64); SVVs written by its blocks carry this stamp.
     pub fn new(due: Due, stamp: Option<Cell>) -> Arc<Activation> {
         Self::with_budget(due, stamp, None)
     }
 
-    /// Makes an activation with a declared time budget for a firing of its steps, in ns of real time: the containment ends a firing that
-    /// takes longer. The default is ten periods of the source, but at least 100 ms (1 s under the virtual clock).
+    /// Creates an activation with a declared time budget for a firing of its steps, in ns of real time: the containment ends a firing
+    /// that takes longer. The default is ten periods of the source, but at least 100 ms (1 s under the virtual clock).
     pub fn with_budget(due: Due, stamp: Option<Cell>, budget_ns: Option<u64>) -> Arc<Activation> {
         if let Some(stamp) = &stamp {
             assert!(stamp.len() >= STAMP_LEN, "a stamp has {STAMP_LEN} bytes: a number, a time, and the number at activation");
@@ -84,12 +84,12 @@ impl Activation {
         Arc::new(Activation { due: UnsafeCell::new(due.clone()), planned: Mutex::new(due), stamp, budget_ns, state: UnsafeCell::new(state) })
     }
 
-    /// Sets `due` as the rule that the builder of tables sees.
+    /// Sets `due` as the rule seen by the table builder.
     pub(crate) fn plan(&self, due: &Due) {
         *self.planned.lock().expect("nobody panics with the lock held") = due.clone();
     }
 
-    /// Puts `due` in force, with the sequences that its members had; returns the previous ones.
+    /// Puts `due` in force, with the sequence numbers that its members had taken; returns the previous ones.
     ///
     /// # Safety
     /// Called only by the kernel of its source.
@@ -114,7 +114,7 @@ impl Activation {
         self.budget_ns
     }
 
-    /// Returns the rule by which it is due, as the builder of tables sees it.
+    /// Returns the rule by which the activation is due, as seen by the table builder.
     pub fn planned(&self) -> Due {
         self.planned.lock().expect("nobody panics with the lock held").clone()
     }
@@ -123,12 +123,13 @@ impl Activation {
         self.stamp.as_ref()
     }
 
-    /// Returns the activations that drive it, for the builder of a table.
+    /// Returns the activations that drive this one, for the table builder.
     pub(crate) fn planned_drivers(&self) -> Vec<(Arc<Activation>, u32)> {
         self.planned.lock().expect("nobody panics with the lock held").drivers().to_vec()
     }
 
-    /// Decides whether it is due in firing `firing`. Its drivers have been decided before, and its queued values have been taken.
+    /// Decides whether the activation is due in firing `firing`. Called after its drivers have been decided and its queued values have
+    /// been taken.
     ///
     /// # Safety
     /// Called only by the kernel of its source.
@@ -211,7 +212,7 @@ unsafe fn all_due(state: &mut State, by: &[(Arc<Activation>, u32)]) -> bool {
     due
 }
 
-/// Counts the releases that its driver missed as missed.
+/// Counts the releases that the driving activation missed as missed by the driven one too.
 #[cold]
 fn missed_with(state: &mut State, driver: &State, n: u32) {
     let phase = driver.number.saturating_sub(driver.activated);

@@ -19,17 +19,17 @@ pub struct Service {
     pub(crate) unforced: Vec<u8>,
     /// True if a channel was forced at the last reading.
     pub(crate) was_forced: bool,
-    /// Release of the last write, ns.
+    /// Release time of the last write, ns.
     pub written_ns: Option<i64>,
-    /// True if the emergency stop was in force at the last write.
+    /// True if the emergency stop was in force during the last write.
     pub(crate) was_stopped: bool,
     /// Lead of the driver's clock over the source's; the driver uses the clock of the host that opened it.
     pub ahead_ns: i64,
-    /// Publishes the last readings for an heir.
+    /// Publisher of the latest readings, for an heir.
     pub shows: Option<Box<dyn Sender>>,
     /// View of the other device whose driver this heir will take over.
     pub looks: Option<Box<dyn View>>,
-    /// True if it was taken over and has not been written since.
+    /// True if the device has been taken over but not written since.
     pub is_new: bool,
     /// True if the driver is closed.
     pub is_closed: bool,
@@ -37,13 +37,13 @@ pub struct Service {
 
 /// The device that an heir will take over, as the heir sees it.
 pub trait View: Send {
-    /// Reads the last readings of that device.
+    /// Reads the latest readings of that device.
     ///
     /// # Errors
-    /// The device is lost where it runs.
+    /// Fails if the device is lost on its own host.
     fn read(&mut self, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError>;
 
-    /// Moves driver and last outputs of that device to its heir. `ahead_ns`: lead of the previous host's clock over the heir's.
+    /// Moves the driver and the last outputs of that device to its heir. `ahead_ns`: lead of the previous host's clock over the heir's.
     ///
     /// # Safety
     /// The host of that device has ended.
@@ -51,7 +51,8 @@ pub trait View: Send {
 }
 
 impl Service {
-    /// Sends the outputs to the driver. In the first write with an emergency stop in force, brings the device to its safe state instead.
+    /// Sends the outputs to the driver. In the first write while an emergency stop is in force, brings the device to its safe state
+    /// instead.
     pub(crate) fn send(&mut self, release_ns: i64, is_stopped: bool, tape: Option<&dyn Tape>) -> Result<(), DeviceError> {
         let stops = is_stopped && !self.was_stopped;
         self.was_stopped = is_stopped;
@@ -68,7 +69,7 @@ impl Service {
         }
     }
 
-    /// Closes the device, once: safe state, then the end of the driver.
+    /// Closes the device, once: brings it to its safe state, then closes the driver.
     pub(crate) fn close(&mut self) {
         if !std::mem::replace(&mut self.is_closed, true) {
             self.driver.safe_state();
@@ -77,14 +78,14 @@ impl Service {
     }
 }
 
-/// Last readings of a device as others see them, and the gap between writes during a handover.
+/// Latest readings of a device, as seen from outside, and the gap between writes during a handover.
 pub struct LatestReading {
-    /// Last readings, for one heir.
+    /// Latest readings, for one heir.
     pub view: Mutex<Option<Box<dyn Receiver>>>,
     gap_ns: AtomicI64,
 }
 
-/// Marker: no gap is known.
+/// Marks an unknown gap.
 const NO_GAP: i64 = -1;
 
 impl Default for LatestReading {
@@ -94,13 +95,13 @@ impl Default for LatestReading {
 }
 
 impl LatestReading {
-    /// Records a write; the first one after a device was taken over ends the gap.
+    /// Records a write. The first write after the device was taken over ends the gap.
     pub(crate) fn written(&self, gap_ns: i64) {
         self.gap_ns.store(gap_ns, Ordering::Release);
     }
 
     /// Returns the gap of a takeover, from the release of the last write before it to the first write after it, in ns; `None` if there
-    /// was none.
+    /// was no takeover.
     pub fn gap_ns(&self) -> Option<i64> {
         Some(self.gap_ns.load(Ordering::Acquire)).filter(|gap| *gap != NO_GAP)
     }

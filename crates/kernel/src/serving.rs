@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Effects of a condition, independent of where its source runs: used by the kernel for its own firings, and by the host for processes
-//! whose sources are in several locations.
+//! Effects of a condition, independent of the location of its source: used by the kernel for its own firings, and by the host for
+//! processes whose sources are in several locations.
 use crate::block::BlockId;
 use crate::event::{Event, Fault};
 use crate::process::{Process, Reaction, Response, Watch};
 use crate::process_word::Word;
 use crate::source::SourceId;
 
-/// Server of conditions: the kernel in whose firing one was reported, or the host if no kernel has the word of the process.
+/// Server of conditions: the kernel in whose firing a condition was reported, or the host if no kernel has the word of the process.
 pub trait Server {
-    /// Returns the word of `process`, which others may change concurrently.
+    /// Returns the word of `process`, which other threads may change concurrently.
     fn word(&self, process: &Process) -> Word;
 
-    /// Returns the conditions reported but not served in the current list of `process`, one bit per condition.
+    /// Returns the conditions that were reported but not served in the current list of `process`, one bit per condition.
     fn remembered(&self, process: &Process) -> u64;
 
-    /// Returns `moved`, the success of moving a process, or the recorded result if a record is played.
+    /// Returns `moved` (true if a process was moved), or the recorded result if a record is played back.
     fn is_so(&self, moved: bool) -> bool;
 
     /// Carries out a prepared answer; returns `None` if another party moved the process first.
@@ -38,8 +38,8 @@ pub enum ConditionEffect {
     Ended,
 }
 
-/// Makes a condition act. `may_act`: nothing has moved the process before; otherwise the condition is only remembered, if a later stage
-/// awaits it.
+/// Applies the effect of a condition. `may_act`: no condition has moved the process yet; otherwise, this condition is only remembered, if
+/// a later stage awaits it.
 pub fn act(server: &mut impl Server, process: &Process, word: Word, watch: &Watch, may_act: bool) -> Option<ConditionEffect> {
     if may_act {
         return respond(server, process, word, watch);
@@ -50,7 +50,7 @@ pub fn act(server: &mut impl Server, process: &Process, word: Word, watch: &Watc
     None
 }
 
-/// Makes a condition act that was reported before the stage awaiting it was entered.
+/// Applies the effect of a condition that was reported before the stage that awaits it was entered.
 pub fn act_late<'p>(server: &mut impl Server, process: &'p Process) -> Option<(Word, &'p Watch, ConditionEffect)> {
     let word = server.word(process);
     if !word.acts() {
@@ -82,13 +82,13 @@ pub struct Occurrence {
     pub block: BlockId,
     pub item: u8,
     pub fault: Option<Fault>,
-    /// Number of the invocation that reported it.
+    /// Number of the invocation that reported the condition.
     pub number: u64,
     pub time_ns: i64,
 }
 
 impl Occurrence {
-    /// Makes the occurrence of a condition that acts later than it was reported, in a stage that awaits it.
+    /// Creates the occurrence of a condition that acts later than it was reported, in a stage that awaits it.
     pub fn late(source: SourceId, process: &Process, word: Word, watch: &Watch, time_ns: i64) -> Occurrence {
         let block = watch.block.unwrap_or(BlockId(u32::MAX));
         Occurrence { source, process: process.id(), generation: word.generation, block, item: watch.item, fault: None, number: 0, time_ns }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A source as all threads see it, and state shared by the sources of a host.
+//! A source as seen by all threads, and state shared by the sources of a host.
 use crate::bell::Bell;
 use crate::containment::Containment;
 use crate::counters::{Counters, Statistics};
@@ -17,18 +17,18 @@ pub struct HostState {
     pub serials: AtomicU64,
     /// Bell that wakes the supervisor.
     pub supervisor: Bell,
-    /// Maximum time for which a timer may stand still; 0 if not set.
+    /// Maximum time for which a timer may be suspended; 0 if not set.
     standstill_ns: AtomicI64,
-    /// Description of replaced fault handlers, until the supervisor takes it.
+    /// Description of replaced fault handlers, kept until the supervisor takes it.
     replaced: Mutex<Option<String>>,
     is_replaced: AtomicBool,
 }
 
-/// Default of the maximum standstill of a timer.
+/// Default maximum suspension of a timer.
 const STANDSTILL_NS: i64 = 2_000_000_000;
 
 impl HostState {
-    /// Returns the maximum time for which a timer may stand still before the outputs of its devices count as unattended.
+    /// Returns the maximum time for which a timer may be suspended before the outputs of its devices count as unattended.
     pub fn standstill_ns(&self) -> i64 {
         match self.standstill_ns.load(Ordering::Relaxed) {
             0 => STANDSTILL_NS,
@@ -36,7 +36,7 @@ impl HostState {
         }
     }
 
-    /// Sets the maximum standstill. The longest of several settings applies.
+    /// Sets the maximum suspension. If set several times, the longest one applies.
     pub fn allow_standstill(&self, bound_ns: i64) {
         self.standstill_ns.fetch_max(bound_ns, Ordering::Relaxed);
     }
@@ -57,35 +57,35 @@ impl HostState {
     }
 }
 
-/// A source as all threads see it.
+/// A source as seen by all threads.
 pub struct Source {
     pub id: SourceId,
     pub spec: SourceSpec,
-    /// Scripts submitted to it.
+    /// Scripts submitted to the source.
     pub mailbox: Mailbox,
-    /// Scripts that it has carried out.
+    /// Scripts that the source has carried out.
     pub done: Mailbox,
-    /// Requests with which others raise it.
+    /// Requests for firings from other threads.
     pub requests: Arc<Requests>,
     pub closing: AtomicBool,
-    /// True if it is ending and an heir takes over its devices.
+    /// True if the source is ending and an heir takes over its devices.
     pub leaving: AtomicBool,
-    /// True if a block was ended in code of a library that may hold a lock: its thread runs no further step and does not end.
+    /// True if a block was ended in code of a library that may hold a lock: the source's thread runs no further step and does not exit.
     pub is_lost: AtomicBool,
-    /// True if a block has blocked the budget signal in its thread.
+    /// True if a block has blocked the budget signal in the source's thread.
     pub is_deaf: AtomicBool,
-    /// True if the operating system has ended its thread.
+    /// True if the operating system has ended the source's thread.
     pub is_gone: AtomicBool,
     /// True once `is_deaf` or `is_gone` has been reported.
     pub is_told: AtomicBool,
     /// Set by `Host::restart`, cleared by the kernel.
     pub restarting: AtomicBool,
     pub containment: Containment,
-    /// End of the probe's sampling of its blocks, on CLOCK_MONOTONIC.
+    /// Time at which the probe stops sampling the source's blocks, on CLOCK_MONOTONIC.
     pub probe_until_ns: AtomicI64,
     pub counters: Counters,
     pub rights_missing: Mutex<Vec<String>>,
-    /// Tape, if a record of the source is made or played.
+    /// Tape, if the source is being recorded or played back.
     pub tape: Option<Arc<dyn Tape>>,
     listener: Mutex<Listener>,
 }
@@ -114,7 +114,7 @@ impl Source {
         }
     }
 
-    /// Returns true if nobody must wait for its thread to end.
+    /// Returns true if the source's thread may never exit, so that no thread may wait for it.
     pub fn is_beyond_reach(&self) -> bool {
         self.is_lost.load(Ordering::Acquire) || self.is_deaf.load(Ordering::Acquire) || self.is_gone.load(Ordering::Acquire)
     }
@@ -124,12 +124,12 @@ impl Source {
         self.requests.request(now_ns);
     }
 
-    /// Returns the bell on which its thread sleeps.
+    /// Returns the bell on which the source's thread sleeps.
     pub fn bell(&self) -> &Bell {
         &self.requests.bell
     }
 
-    /// Returns the supervisor's end of its events. Never locked by a kernel.
+    /// Returns the supervisor's end of the source's event queue. Never locked by a kernel.
     pub fn listener(&self) -> MutexGuard<'_, Listener> {
         self.listener.lock().expect("nobody panics with the lock held")
     }
@@ -142,7 +142,7 @@ impl Source {
         }
     }
 
-    /// Returns its statistics.
+    /// Returns the source's statistics.
     pub fn statistics(&self) -> Statistics {
         Statistics { rights_missing: self.rights_missing.lock().expect("nobody panics with the lock held").clone(), ..self.counters.read() }
     }

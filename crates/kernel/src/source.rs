@@ -10,39 +10,39 @@ pub struct SourceId(pub u32);
 /// Origin of the requests for a source's firings.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum SourceKind {
-    /// Releases at epoch + k · period; the epoch is the host's, the same for all of its timers.
+    /// Releases at epoch + k · period; all timers of the host share its epoch.
     Timer { period_ns: u64 },
-    /// Fires on request: by another source's connection, by a device, by the PS (`Host::request`). A trigger is one. Each request causes
-    /// one firing.
+    /// Fires on request by a connection from another source, by a device, or by the PS (`Host::request`), like a trigger. Each request
+    /// causes one firing.
     Software,
 }
 
 /// Specification of a source.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct SourceSpec {
-    /// Processor on which it runs.
+    /// Processor on which the source runs.
     pub rtp: u16,
     /// Human-readable name.
     pub name: String,
-    /// Origin of the requests for its firings.
+    /// Origin of the requests for the source's firings.
     pub kind: SourceKind,
-    /// Priority from 1 (lowest) to 98; used as SCHED_FIFO priority if the rights are granted.
+    /// Priority from 1 (lowest) to 98; used as the SCHED_FIFO priority if the process has the privilege.
     pub priority: u8,
-    /// Core to pin its thread to.
+    /// Core to which the source's thread is pinned.
     pub core: Option<usize>,
-    /// Cost of one firing under the virtual clock, ns (0: none): sources of higher priority then preempt it at step boundaries and inside
-    /// publications, chosen by the host's seed.
+    /// Cost of one firing under the virtual clock, ns (0: none). With a cost, sources of higher priority preempt the firing at step
+    /// boundaries and inside publications, at points chosen by the host's seed.
     pub virtual_cost_ns: u64,
 }
 
-/// Requests of one source, with which others raise it.
+/// Pending requests for firings of one source.
 #[derive(Default)]
 pub struct Requests {
     /// Number of requests not yet served by a firing.
     pub pending: AtomicU64,
-    /// Virtual clock: arrival time of the first pending request.
+    /// Arrival time of the first pending request, under the virtual clock.
     pub since_ns: AtomicU64,
-    /// Bell on which its thread sleeps.
+    /// Bell on which the source's thread sleeps.
     pub bell: Bell,
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values that outlive the block that stores them. An SVV has a stamp in addition to its value in each image and, if it has a history, a
-//! ring of its last values. Any block that stores the value stamps and appends it at the end of its firing: number, time and history thus
-//! continue from one writer to the next, and a block that was not due or that faulted leaves no trace.
+//! Values that outlive the block that stores them. In addition to its value in each image, an SVV has a stamp and, if it has a history, a
+//! ring of its most recent values. A block that stores the value also stamps and appends it at the end of its firing. Number, time and
+//! history thus continue from one writer to the next, and a block that was not due or that faulted leaves no trace.
 use crate::block::{Block, BlockId};
 use crate::memory::{Cell, Span};
 use crate::phase::STAMP_LEN;
@@ -9,26 +9,26 @@ use crate::rows::RowsEnd;
 use opengpac::abi::Header;
 use std::sync::Arc;
 
-/// Time in the stamp of a value that no block has stored.
+/// Time in the stamp of a value that has never been stored by a block.
 pub const NEVER_NS: i64 = i64::MIN;
 
-/// Returns the stamp of a value that no block has stored.
+/// Returns the stamp of a value that has never been stored by a block.
 pub fn unstamped() -> [u8; STAMP_LEN] {
     let mut bytes = [0; STAMP_LEN];
     bytes[8..16].copy_from_slice(&NEVER_NS.to_ne_bytes());
     bytes
 }
 
-/// A value that a block stores, with the data that belong to the value rather than to the block.
+/// A value that a block stores, with the data that belongs to the value rather than to the block.
 #[derive(Clone)]
 pub struct StampedValue {
-    /// Block that stores it.
+    /// Block that stores the value.
     pub block: Arc<Block>,
-    /// n if its output is a ratio output n, else 1: it stores on the nth, 2nth, … invocation.
+    /// n if the block's output is a ratio output n, else 1: the value is stored by invocations n, 2n, ….
     pub ratio: u32,
     /// [`STAMP_LEN`] bytes: number (u64) and time (i64) of the last invocation that stored it, and the number at activation (u64).
     pub stamp: Cell,
-    /// The value and the ring of its last values, one row for each value stored.
+    /// The value, and the ring of its most recent values, with one row for each value stored.
     pub history: Option<(Cell, Arc<RowsEnd>)>,
 }
 
@@ -51,8 +51,8 @@ pub struct Marks {
 }
 
 impl Marks {
-    /// Makes the stamps of a table with `slots` activations: `found` returns step, slot and header of a block. Values of blocks not in
-    /// the table are left out.
+    /// Creates the stamps of a table with `slots` activations. `found` returns the step, slot and header of a block. Values of blocks
+    /// that are not in the table are left out.
     pub(crate) fn new(stamped: Vec<StampedValue>, slots: usize, found: impl Fn(BlockId) -> Option<(u32, u32, *const Header)>) -> Marks {
         let mark = |of: StampedValue| {
             assert!(of.stamp.len() >= STAMP_LEN, "a stamp has {STAMP_LEN} bytes: a number, a time, and the number at activation");
@@ -67,7 +67,7 @@ impl Marks {
         Marks { all: all.into_iter().map(|(_, mark)| mark).collect(), ranges }
     }
 
-    /// Stamps the values that blocks of the activation at `slot` have stored in this firing; with `ran`, only those of steps that ran and
+    /// Stamps the values that blocks of the activation at `slot` stored in this firing; with `ran`, only the values of steps that ran and
     /// did not fault.
     ///
     /// # Safety

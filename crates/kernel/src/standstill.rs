@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Standstill: a source that could not fire for a long time, along with everything that monitors it, because the whole process tree or
-//! the machine was paused. Its outputs kept their last values, and the state of the plant is unknown.
+//! Suspension: a source could not fire for a long time, and nothing that monitors it could run, because the whole process tree or the
+//! machine was paused. Its outputs kept their last values, and the state of the plant is unknown.
 use crate::event::Event;
 use crate::state::Kernel;
 use device::DeviceError;
 
-/// Number of periods that a slow timer may miss, regardless of the bound.
+/// Number of periods that a slow timer may miss, regardless of the maximum suspension.
 const PERIODS_MAX: i64 = 10;
-/// Minimum length of a standstill that is reported: a machine may be held up for less, and the guard does not react to less.
+/// Minimum length of a suspension that is reported. Shorter delays occur without a fault, and the guard does not react to them.
 const TOLD_NS: i64 = 500_000_000;
 
 impl Kernel {
-    /// Checks for a standstill of a source that runs `late_ns` late. If that exceeds the bound, brings each commanded device to its safe
-    /// state and marks it lost, as the guard would have done: its verbs end, and a person reopens it. Reports every long standstill to
-    /// the supervisor.
+    /// Checks for a suspension of a source that runs `late_ns` late. If it exceeds the maximum, brings each commanded device to its safe
+    /// state and marks it lost, as the guard would have done: its verbs end, and a person must reopen it. Reports every long suspension
+    /// to the supervisor.
     #[cold]
     pub fn look_for_standstill(&mut self, late_ns: i64, period_ns: i64, now_ns: i64) {
         let periods_ns = period_ns.saturating_mul(PERIODS_MAX);
@@ -47,7 +47,7 @@ impl Kernel {
         }
     }
 
-    /// Returns true if a device of this source is commanded and must be attended.
+    /// Returns true if a device of this source is commanded and must not be left unattended.
     pub fn commands_devices(&self) -> bool {
         self.table.devices.iter().any(|device| !device.is_lost() && device.is_commanded())
     }

@@ -10,29 +10,29 @@ use crate::table::Table;
 use crate::tape::{Occasion, digest};
 use std::sync::Arc;
 
-/// The kernel of one source. Only its own thread accesses it; under the virtual clock, the single thread.
+/// The kernel of one source. Accessed only by the source's own thread or, under the virtual clock, by the single thread.
 pub struct Kernel {
     pub source: Arc<Source>,
     pub shared: Arc<HostState>,
     pub table: Box<Table>,
     pub(crate) teller: Teller,
-    /// Number of the last firing. Scripts switch intervals on from the next one.
+    /// Number of the last firing. Scripts switch intervals on from the next firing.
     pub firing: u64,
-    /// A step faulted in this firing, or this is a firing of `execute`: `Table::ran` contains the steps that ran.
+    /// True if a step faulted in this firing, or if this is a firing of `execute`; `Table::ran` then contains the steps that ran.
     pub(crate) careful: bool,
-    /// A signal or an exceeded budget ended a firing: no step runs until a restart.
+    /// True after a firing has ended because of a signal or an exceeded budget: no step runs until a restart.
     pub stopped: bool,
     /// True if an event was sent, so that the supervisor must be woken.
     pub(crate) told: bool,
-    /// A script has stored values that are not published yet.
+    /// True if a script has stored values that are not published yet.
     pub(crate) stored: bool,
-    /// A source was raised and must be woken.
+    /// True if a source was raised and must be woken.
     pub(crate) raised: bool,
-    /// Number of the serving pass.
+    /// Number of the current serving pass.
     pub(crate) pass: u64,
-    /// Processes that entered a stage in the current script, whose remembered conditions are to be checked.
+    /// Processes that entered a stage in the current script; their remembered conditions must be checked.
     pub(crate) entered: Vec<*const Process>,
-    /// Values that a reaction captures.
+    /// Values captured by a reaction.
     pub(crate) captured: Vec<u8>,
     /// Time budget of a firing if its activations declare none.
     pub(crate) budget_ns: i64,
@@ -63,7 +63,7 @@ impl Kernel {
         }
     }
 
-    /// Begins a segment of its record, if one is made.
+    /// Begins a segment of the source's record, if the source is being recorded.
     #[inline]
     pub(crate) fn begin(&self) {
         if let Some(tape) = &self.source.tape {
@@ -71,7 +71,7 @@ impl Kernel {
         }
     }
 
-    /// Ends the segment of its record.
+    /// Ends the segment of the source's record.
     #[inline]
     pub(crate) fn end(&self, occasion: Occasion, time_ns: i64) {
         if let Some(tape) = self.source.tape.as_ref().filter(|tape| tape.records()) {
@@ -79,7 +79,7 @@ impl Kernel {
         }
     }
 
-    /// Returns the digest of all values that its blocks have stored.
+    /// Returns the digest of all values stored by the source's blocks.
     pub fn digest(&self) -> u64 {
         // SAFETY: a span lies within its cells, which the table's blocks hold; this source's own image.
         let bytes = |span: &Span| unsafe { std::slice::from_raw_parts(span.start, span.len) };
@@ -97,7 +97,7 @@ impl Kernel {
         }
     }
 
-    /// Counts a condition that found no room; it is announced once there is some.
+    /// Counts a condition that was dropped because the queue was full; the loss is reported once there is room.
     #[cold]
     pub(crate) fn lose(&mut self) {
         self.told = true;
@@ -119,13 +119,13 @@ impl Kernel {
     }
 }
 
-/// Returns the word of a process, which others may change concurrently; the result is recorded or played if there is a tape.
+/// Returns the word of a process, which other threads may change concurrently; if there is a tape, the result is recorded or played back.
 pub(crate) fn word_of(source: &Source, process: &Process) -> Word {
     let word = process.word();
     source.tape.as_ref().map_or(word, |tape| Word::unpack(tape.number(word.pack())))
 }
 
-/// Returns `moved`, the success of moving a process, or the recorded result if a record is played.
+/// Returns `moved` (true if a process was moved), or the recorded result if a record is played back.
 pub(crate) fn is_so(source: &Source, moved: bool) -> bool {
     source.tape.as_ref().map_or(moved, |tape| tape.whether(moved))
 }

@@ -9,43 +9,43 @@ use crate::window::Window;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Work of a step.
+/// Work done by a step.
 pub enum StepKind {
     /// One invocation of a block.
     Block(Arc<Block>),
-    /// Copies cells: a gather or scatter of an array port, the delay of a ratio input inside a source.
+    /// Copies cells: for the gather or scatter of an array port, or for the delay of a ratio input within a source.
     Copy(Vec<(Cell, Cell)>),
-    /// Appends values stored by the block of an earlier step to windows.
+    /// Appends values stored by the block of an earlier step to their windows.
     Append(Vec<Append>),
 }
 
-/// A value that a block stores, and a window of its last values. Input items that declare a history are bound to windows.
+/// A value that a block stores, and the window of its most recent values. Input items that declare a history are bound to windows.
 #[derive(Clone)]
 pub struct Append {
-    /// Block that stores it.
+    /// Block that stores the value.
     pub block: Arc<Block>,
-    /// n if its output is a ratio output n, else 1: it stores on the nth, 2nth, … invocation.
+    /// n if the block's output is a ratio output n, else 1: the value is stored by invocations n, 2n, ….
     pub ratio: u32,
     /// Newest value.
     pub value: Cell,
-    /// Last values, oldest first.
+    /// Most recent values, oldest first.
     pub window: Window,
 }
 
 /// A step, with its activation and its process.
 pub struct Step {
-    /// Work of the step.
+    /// Work done by the step.
     pub kind: StepKind,
-    /// Activation that determines when it is due.
+    /// Activation that determines when the step is due.
     pub activation: Arc<Activation>,
-    /// Process whose conditions it reports and whose running time it sees.
+    /// Process to which the step reports its conditions, and whose running time it sees.
     pub process: Arc<Process>,
-    /// Indices of the earlier steps of this table whose outputs it reads synchronously: if one of them faulted in this firing, or did not
-    /// run, this one is not due.
+    /// Indices of the earlier steps of this table whose outputs this step reads synchronously: if one of them faulted or did not run in
+    /// this firing, this step is not due.
     pub drivers: Vec<u32>,
 }
 
-/// Ring of rows that the PS, a scope or the recorder reads: these cells are copied into a row at the end of each firing.
+/// Ring of rows, read by the PS, a scope or the recorder: these cells are copied into a row at the end of each firing.
 pub struct Rows {
     /// Cells in order, without gaps.
     pub cells: Vec<Cell>,
@@ -53,7 +53,7 @@ pub struct Rows {
     pub writer: Arc<RowsEnd>,
 }
 
-/// Returns each activation once, after its drivers.
+/// Returns each activation once, preceded by its drivers.
 pub(crate) fn in_driving_order(steps: &[Step]) -> Vec<Arc<Activation>> {
     fn visit(activation: &Arc<Activation>, seen: &mut HashMap<*const Activation, ()>, order: &mut Vec<Arc<Activation>>) {
         if seen.insert(Arc::as_ptr(activation), ()).is_none() {

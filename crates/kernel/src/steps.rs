@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The step loop: the hot one, and the careful one to which a firing switches when a step has faulted.
+//! The step loop: a hot loop, and a careful one to which a firing switches when a step has faulted.
 #![allow(clippy::needless_borrow, reason = "behind a raw pointer the compiler asks for the borrow to be seen")]
 use crate::bank::{Entry, Stretch};
 use crate::containment::{OUTSIDE, Over, budget_signal};
@@ -20,10 +20,10 @@ use std::sync::atomic::Ordering;
 pub(crate) struct EarlyEnd {
     /// Faulting step.
     pub(crate) step: u32,
-    /// The step that was ended, which stored nothing; `None` if all ran.
+    /// Step that was aborted and stored nothing; `None` if all steps ran.
     pub(crate) at: Option<u32>,
     pub(crate) result: u64,
-    /// True if its thread must not call a library again.
+    /// True if the thread must not call a library again.
     pub is_lost: bool,
 }
 
@@ -33,7 +33,8 @@ impl EarlyEnd {
     }
 }
 
-/// Result of a step that a signal ended: an outcome that no entry returns, with the number of the signal above it; 0 for an exceeded budget.
+/// Result of a step that was ended by a signal: an outcome that no entry returns, with the signal number in the bits above it (0 for an
+/// exceeded budget).
 pub(crate) const SIGNAL: u64 = outcome::SIGNAL;
 
 /// Result if the floating-point control words had changed after the steps.
@@ -53,7 +54,7 @@ pub fn ended_by(over: &Over) -> u64 {
     SIGNAL | (signal | if over.is_lost { outcome::LOST } else { 0 }) << outcome::SHIFT
 }
 
-/// Returns the fault in `result`, if it is one.
+/// Returns the fault that `result` represents, if it represents one.
 pub(crate) fn fault(result: u64) -> Option<Fault> {
     let detail = result >> outcome::SHIFT;
     match result & outcome::MASK {
@@ -79,7 +80,7 @@ struct Frame<'a, P> {
     preempt: &'a P,
 }
 
-/// Runs the steps that are due. `started_ns` of CLOCK_MONOTONIC is the start of the budget.
+/// Runs the steps that are due. The budget starts at `started_ns` of CLOCK_MONOTONIC.
 #[inline]
 pub(crate) fn contained<P: Preempt>(kernel: &mut Kernel, started_ns: i64, now_ns: i64, preempt: &P) -> Option<EarlyEnd> {
     let containment = &raw const kernel.source.containment;
@@ -92,7 +93,7 @@ pub(crate) fn contained<P: Preempt>(kernel: &mut Kernel, started_ns: i64, now_ns
     ended.map(|over| EarlyEnd { step: over.step, at: over.at, result: ended_by(&over), is_lost: over.is_lost }).or(changed)
 }
 
-/// Returns, after the steps of a firing, the step to blame if the control words have changed.
+/// Called after the steps of a firing: returns the step to blame if the control words have changed.
 #[inline]
 fn changed(table: &Table) -> Option<EarlyEnd> {
     if Words::standardise() { answerable(table) } else { None }
@@ -107,8 +108,8 @@ fn answerable(table: &Table) -> Option<EarlyEnd> {
     blocks.max().map(|(_, index)| EarlyEnd { step: index as u32, at: None, result: FLOATS, is_lost: false })
 }
 
-/// Body of the contained loop. It accesses everything through raw pointers: a signal may end it inside any call of a block, and all
-/// reports up to then must be in memory.
+/// Body of the contained loop. Accesses everything through raw pointers: a signal may end the loop inside any call of a block, and all
+/// reports up to that point must be in memory.
 unsafe extern "C" fn body<P: Preempt>(frame: *mut c_void) {
     // SAFETY: `contained` passes its own frame.
     unsafe {
@@ -127,10 +128,10 @@ unsafe extern "C" fn body<P: Preempt>(frame: *mut c_void) {
     }
 }
 
-/// Runs the hot loop. With `PROBED`, takes the time of step `visited`; without it, the loop contains no probe code.
+/// Runs the hot loop. With `PROBED`, measures the duration of step `visited`; without it, the loop contains no probe code.
 ///
 /// # Safety
-/// `kernel` is that of the calling thread, its table placed; nobody else touches either.
+/// `kernel` is that of the calling thread, and its table has been placed; no other thread accesses either.
 unsafe fn hot<P: Preempt, const PROBED: bool>(kernel: *mut Kernel, now_ns: i64, visited: u32, preempt: &P) {
     // SAFETY: the lengths are those of the table's own vectors, which do not change during a firing.
     unsafe {
@@ -174,17 +175,17 @@ unsafe fn hot<P: Preempt, const PROBED: bool>(kernel: *mut Kernel, now_ns: i64, 
     }
 }
 
-/// Aligns the following loop, of some 35 bytes, to a line of the instruction cache. An independent gain in C then takes 2.57 ns; it took
-/// 2.85 in a build whose loop crossed into the next line by one byte (decision 210).
+/// Aligns the following loop, of some 35 bytes, to a line of the instruction cache. An independent gain in C then takes 2.57 ns, compared
+/// with 2.85 ns in a build whose loop crossed into the next line by one byte (decision 210).
 #[inline(always)]
 fn loop_in_one_line() {
     // SAFETY: pads with instructions that do nothing.
     unsafe { std::arch::asm!(".p2align 6", options(nomem, nostack, preserves_flags)) };
 }
 
-/// Runs a bank or fused blocks in the hot loop. Runs the step that the probe visits by itself, and also the rest of fused blocks of which
-/// one is visited or has reported. Returns the step that has faulted, with the careful mode begun. A separate function because inlining
-/// it takes a register from the loop over single steps.
+/// Runs a bank or fused blocks in the hot loop. The step visited by the probe is run on its own. Fused blocks are run one by one if one
+/// of them is visited, or after one of them has reported. Returns the step that faulted, after beginning the careful mode. A separate
+/// function because inlining it would take a register from the loop over single steps.
 ///
 /// # Safety
 /// As for `hot`; the entry is one of these steps.
@@ -225,7 +226,7 @@ unsafe fn together<const PROBED: bool>(kernel: *mut Kernel, stretch: Stretch, no
     }
 }
 
-/// Keeps the result of a step for the end of the firing; returns true if it is a fault.
+/// Records the result of a step until the end of the firing; returns true if it is a fault.
 #[cold]
 pub(crate) fn report(kernel: *mut Kernel, step: u32, result: u64, now_ns: i64) -> bool {
     // SAFETY: called by the kernel's own thread with its own kernel.
@@ -246,7 +247,7 @@ pub(crate) fn report(kernel: *mut Kernel, step: u32, result: u64, now_ns: i64) -
     fault
 }
 
-/// Begins the careful mode: step `faulted` is the first to fault, and the steps before it ran if they were due.
+/// Begins the careful mode: step `faulted` was the first to fault, and the steps before it ran if they were due.
 #[cold]
 fn begin_careful(kernel: *mut Kernel, faulted: u32) {
     // SAFETY: as for `report`.
@@ -259,8 +260,8 @@ fn begin_careful(kernel: *mut Kernel, faulted: u32) {
     table.ran[faulted as usize] = false;
 }
 
-/// Settles a loop that a signal ended in step `at`, or that ran to its end: `Table::ran` then tells for every step whether it has stored
-/// its results.
+/// Settles a loop that a signal ended in step `at`, or that ran to completion: `Table::ran` then contains, for every step, true if it
+/// stored its results.
 #[cold]
 pub(crate) fn settle_ended(kernel: &mut Kernel, at: Option<u32>) {
     let end = at.unwrap_or(kernel.table.steps.len() as u32);
@@ -276,8 +277,8 @@ pub(crate) fn settle_ended(kernel: &mut Kernel, at: Option<u32>) {
     }
 }
 
-/// Runs the rest of a firing in which a step has faulted, or one of `execute`: each step checks its drivers. `probes`: takes the times of
-/// executed blocks, which no firing visits.
+/// Runs the rest of a firing in which a step has faulted, or a firing of `execute`; checks the drivers of each step. `probes`: measures
+/// the durations of executed blocks, which the probe does not visit in any firing.
 ///
 /// # Safety
 /// As for `hot`.
@@ -324,7 +325,7 @@ unsafe fn careful<P: Preempt>(kernel: *mut Kernel, from: u32, now_ns: i64, probe
     }
 }
 
-/// Returns true if, in an `execute` firing, the blocks that ran drive `slot` on this invocation.
+/// Returns true if, in an `execute` firing, the blocks that ran drive the activation on this invocation.
 fn drives(activation: &Activation) -> bool {
     // SAFETY: activations of this source.
     unsafe {

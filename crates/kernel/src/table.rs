@@ -22,35 +22,35 @@ use std::collections::HashMap;
 use std::ptr;
 use std::sync::Arc;
 
-/// Everything that a source does in a firing. Immutable once built, and swapped whole between two firings (`Op::Table`); objects that
-/// change while it runs (activations, processes, connections, devices) are shared with the previous and the next table.
+/// Everything that a source does in a firing. Immutable once built, and swapped as a whole between two firings (`Op::Table`); objects
+/// that change while it runs (activations, processes, connections, devices) are shared with the previous and the next table.
 pub struct Table {
     /// Calls of the hot loop, in order.
     pub(crate) calls: Vec<Call>,
     pub(crate) strips: Vec<Strip>,
-    /// Strips divided at their banks, over which the hot loop iterates.
+    /// Strips split at their banks, over which the hot loop iterates.
     pub(crate) stretches: Vec<Stretch>,
     /// Order of the probe's visits.
     pub(crate) visits: Visits,
-    /// Strips of each activation, as a range of `strips_of`.
+    /// Strips of each activation, as a range in `strips_of`.
     strip_ranges: Vec<(u32, u32)>,
     strips_of: Vec<u32>,
-    /// Activations, each once, after their drivers.
+    /// Activations, each once, preceded by its drivers.
     pub activations: Vec<Arc<Activation>>,
-    /// True for each activation that is due in this firing; scratch of the kernel.
+    /// True for each activation that is due in this firing; scratch buffer of the kernel.
     pub(crate) due: Vec<bool>,
     /// Data of each step that the hot loop does not need.
     pub steps: Vec<ColdStep>,
-    /// True for each step that ran and succeeded in this firing; scratch of the careful mode.
+    /// True for each step that ran and succeeded in this firing; scratch buffer of the careful mode.
     pub(crate) ran: Vec<bool>,
-    /// True for each step that `Op::Execute` selected; scratch of the careful mode.
+    /// True for each step selected by `Op::Execute`; scratch buffer of the careful mode.
     pub(crate) chosen: Vec<bool>,
-    /// True for each activation that reads a lost device; and whether any does.
+    /// `blind`: true for each activation that reads a lost device. `is_blind`: true if any of them does.
     pub(crate) blind: Vec<bool>,
     pub(crate) is_blind: bool,
-    /// Reports of this firing; scratch with room for one per step.
+    /// Reports of this firing; scratch buffer with space for one per step.
     pub(crate) reports: Vec<Report>,
-    /// Scratch for serving reports in order.
+    /// Scratch buffer for serving reports in order.
     pub(crate) candidates: Vec<Candidate>,
     /// Processes, each once.
     pub processes: Vec<Arc<Process>>,
@@ -69,9 +69,9 @@ pub struct Table {
     /// Requests that each edge raises; filled in when the table is submitted.
     pub(crate) edge_sources: Vec<Option<Arc<Requests>>>,
     pub rows: Vec<(Vec<Span>, Rows)>,
-    /// Memory that its blocks store to; only if a record is made or played.
+    /// Memory to which the table's blocks store; filled in only if the source is being recorded or played back.
     pub(crate) stored: Vec<Span>,
-    /// Maximum of the declared budgets, and true if any activation declares none.
+    /// Maximum of the declared budgets; the flag is true if any activation declares none.
     pub(crate) budget_ns: (u64, bool),
     /// Copy steps, at stable addresses.
     #[allow(clippy::vec_box, reason = "calls hold the address of each")]
@@ -82,7 +82,7 @@ pub struct Table {
     /// Blocks whose invocations are checked one by one, at stable addresses.
     #[allow(clippy::vec_box, reason = "calls hold the address of each")]
     pub(crate) watched: Vec<Box<WatchedBlock>>,
-    /// Values that are stamped when its blocks store them.
+    /// Values that are stamped when the table's blocks store them.
     pub marks: Marks,
 }
 
@@ -93,9 +93,9 @@ unsafe impl Send for Table {}
 unsafe impl Sync for Table {}
 
 pub struct ColdStep {
-    /// `None` for copies and appends.
+    /// Block of the step; `None` for copies and appends.
     pub block: Option<Arc<Block>>,
-    /// Work of a step without a block.
+    /// Work done by a step without a block.
     pub aside: Aside,
     pub process: u32,
     pub slot: u32,
@@ -118,17 +118,17 @@ pub(crate) struct Candidate {
     pub(crate) order: u32,
     pub(crate) created: u64,
     pub(crate) step: u32,
-    /// Process that it concerns; not always that of the step, because a stopped source stops all.
+    /// Process affected by the condition. Not always that of the step, because a stopped source stops all processes.
     pub process: u32,
     pub(crate) item: u8,
-    /// Stage and index of the watch that names it.
+    /// Stage and index of the watch that names the condition.
     pub(crate) watch: Option<(u16, u16)>,
     pub(crate) result: u64,
     pub(crate) now_ns: i64,
 }
 
 impl Table {
-    /// Builds the flat table: maximal runs of steps with one activation become strips. Panics if a step names a driver that does not
+    /// Builds the flat table: maximal runs of steps with one activation become strips. Panics if a step lists a driver that does not
     /// precede it.
     pub fn new(steps: Vec<Step>, inbound: Vec<Arc<Inbound>>, outbound: Vec<Arc<Outbound>>, devices: Vec<Arc<Device>>, rows: Option<Rows>) -> Table {
         let activations = in_driving_order(&steps);
@@ -170,7 +170,7 @@ impl Table {
         Table { activations, inbound, outbound, devices, ..table }.with_rows(rows)
     }
 
-    /// Returns the block of each step.
+    /// Returns the block of each step; `None` for steps without a block.
     pub fn blocks(&self) -> Vec<Option<BlockId>> {
         self.steps.iter().map(|step| step.block.as_ref().map(|block| block.id())).collect()
     }
@@ -190,7 +190,7 @@ impl Table {
         self
     }
 
-    /// Adds values that are stamped when its blocks store them; values of other blocks are left out.
+    /// Adds values that are stamped when the table's blocks store them; values of other blocks are left out.
     #[must_use]
     pub fn with_stamped(mut self, stamped: Vec<StampedValue>) -> Table {
         let blocks = self.steps.iter().zip(0..).filter_map(|(step, index)| Some((step.block.as_ref()?.id(), index)));
@@ -203,7 +203,7 @@ impl Table {
         self
     }
 
-    /// Makes an empty table.
+    /// Creates an empty table.
     pub(crate) fn empty() -> Table {
         Table {
             calls: Vec::new(),
@@ -274,7 +274,7 @@ impl Table {
         }
     }
 
-    /// Indexes the strips of each activation, so that switching one visits no others.
+    /// Indexes the strips of each activation, so that switching one does not visit the strips of others.
     fn index_strips(&mut self, activations: usize) {
         let mut of: Vec<Vec<u32>> = vec![Vec::new(); activations];
         self.strips.iter().zip(0..).for_each(|(strip, index)| of[strip.slot as usize].push(index));
@@ -291,7 +291,7 @@ impl Table {
         self.strips_of[start as usize..end as usize].iter().flat_map(|&strip| self.strips[strip as usize].start..self.strips[strip as usize].end)
     }
 
-    /// Determines which activations read a lost device: after a loss, a swap, and a reopening. Allocates nothing.
+    /// Determines which activations read a lost device. Called after a loss, a swap or a reopening. Allocates nothing.
     pub(crate) fn look_for_blind(&mut self) {
         self.is_blind = self.devices.iter().any(|device| device.is_lost());
         if !self.is_blind {
@@ -304,7 +304,7 @@ impl Table {
         }
     }
 
-    /// Returns true if the activation at `slot` reads a lost device, so that its results are as old as the last reading.
+    /// Returns true if the activation at `slot` reads a lost device, so that its results are as old as the device's last reading.
     pub(crate) fn is_blind_at(&self, slot: usize) -> bool {
         self.is_blind && self.blind[slot]
     }
@@ -316,8 +316,8 @@ impl Table {
         self.activations.get(slot).is_some_and(|found| Arc::ptr_eq(found, activation)).then_some(slot)
     }
 
-    /// Fills in everything that depends on the source: running times, and the sources that connections raise. `stores`: collects the
-    /// memory that its blocks store to, for a record. Off the real-time path.
+    /// Fills in everything that depends on the source: running times, and the sources that connections raise. If `stores`, also collects
+    /// the memory to which its blocks store, for a record. Off the real-time path.
     pub fn place(&mut self, source: SourceId, raised: impl Fn(SourceId) -> Option<Arc<Requests>>, stores: bool) {
         for (time, process) in self.times.iter_mut().zip(&self.processes) {
             *time = RunningTime::state(process.prepare_time(source));
@@ -339,7 +339,8 @@ impl Table {
         }
     }
 
-    /// Returns the step that the probe visits in this firing: the next block of a strip that is due. `OUTSIDE` if no block is due.
+    /// Returns the step that the probe visits in this firing: the next block of a strip that is due. Returns `OUTSIDE` if no block is
+    /// due.
     pub(crate) fn visit(&mut self) -> u32 {
         let Some((index, step)) = self.visits.due(|strip| self.due[self.strips[strip].slot as usize]) else { return OUTSIDE };
         let strip = self.strips[index];
@@ -383,5 +384,5 @@ impl Table {
     }
 }
 
-/// Maximum number of conditions of one step served in one firing; an invocation that reports more has the rest counted as lost.
+/// Maximum number of conditions of one step that are served in one firing; excess conditions are counted as lost.
 const CANDIDATES_A_STEP: usize = 4;

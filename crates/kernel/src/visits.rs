@@ -16,13 +16,13 @@ struct Visit {
 }
 
 impl Visits {
-    /// Starts with the first block of each strip.
+    /// Creates the visits of a table, starting with the first block of each strip.
     pub(crate) fn begin(first: impl Iterator<Item = Option<u32>>) -> Visits {
         Visits { turn: 0, strips: first.map(|first| Visit { turn: 0, next: first.unwrap_or(OUTSIDE) }).collect() }
     }
 
-    /// Returns the due strip whose last visit is longest ago, and its next block, so that a strip that is seldom due is visited when it
-    /// is. `None` if no block is due.
+    /// Returns the due strip that has not been visited for the longest time, and its next block, so that a strip that is seldom due is
+    /// visited when it is. Returns `None` if no block is due.
     pub(crate) fn due(&self, due: impl Fn(usize) -> bool) -> Option<(usize, u32)> {
         let due = self.strips.iter().enumerate().filter(|(strip, visit)| visit.next != OUTSIDE && due(*strip));
         due.min_by_key(|(_, visit)| visit.turn).map(|(strip, visit)| (strip, visit.next))

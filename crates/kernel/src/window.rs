@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Windows: the last n values of an SVV or private cell in contiguous memory, oldest first, for blocks that declare a history.
+//! Windows: the n most recent values of an SVV or private cell in contiguous memory, oldest first, for blocks that declare a history.
 //!
 //! A window is image memory like any other cell. The kernel of the source that stores the value appends to it in the same firing, and it
-//! is sent to other sources in the asynchronous group with the value, so nobody reads a half-written window.
+//! is sent to other sources in the asynchronous group with the value, so no reader sees a half-written window.
 use crate::memory::Cell;
 use std::ptr;
 
-/// The last values of a cell.
+/// The most recent values of a cell.
 #[derive(Clone)]
 pub struct Window {
     cell: Cell,
@@ -15,7 +15,7 @@ pub struct Window {
 }
 
 impl Window {
-    /// Makes a window in `cell`. Panics unless its length is a multiple of that of a value, `len`.
+    /// Creates a window in `cell`. Panics unless its length is a multiple of `len`, the length of a value.
     pub fn new(cell: Cell, len: usize) -> Window {
         assert!(len > 0 && !cell.is_empty() && cell.len().is_multiple_of(len), "a window of {} bytes does not hold values of {len}", cell.len());
         Window { cell, len }
@@ -40,7 +40,7 @@ impl Window {
         }
     }
 
-    /// Sets every value to the present one of `value`. Called by the kernel of its source.
+    /// Sets every value to the current value of `value`. Called by the kernel of its source.
     pub(crate) fn fill_from(&self, value: &Cell) {
         for at in (0..self.cell.len()).step_by(self.len) {
             // SAFETY: both cells are held, of this length (checked when the script was made); this source's own image.
@@ -48,7 +48,7 @@ impl Window {
         }
     }
 
-    /// Appends the present value of `value` and drops the oldest. Wait-free: one move of the window. Called by the kernel of its source.
+    /// Appends the current value of `value` and drops the oldest. Wait-free: moves the window once. Called by the kernel of its source.
     #[inline]
     pub(crate) fn append(&self, value: &Cell) {
         let kept = self.cell.len() - self.len;

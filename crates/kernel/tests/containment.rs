@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Block faults raised by a signal, and endless loops: contained under both clocks.
+#![allow(clippy::disallowed_methods, reason = "threads without a core have no real-time priority")]
 #![allow(clippy::undocumented_unsafe_blocks, clippy::macro_metavars_in_unsafe, reason = "test blocks are written by hand against the ABI")]
 mod support;
 use device::{Channel, DeviceError, Direction, Driver};
@@ -236,7 +237,7 @@ static RETURNS: AtomicBool = AtomicBool::new(false);
 /// Runs behind every other thread of its core until it may return.
 fn without_a_core() -> &'static Descriptor {
     block!(|this, _| {
-        let scheduled = |policy| assert_eq!(unsafe { libc::sched_setscheduler(0, policy, &libc::sched_param { sched_priority: 0 }) }, 0);
+        let scheduled = |policy| assert_eq!(libc::sched_setscheduler(0, policy, &libc::sched_param { sched_priority: 0 }), 0);
         if !BEGUN.swap(true, Ordering::SeqCst) {
             scheduled(libc::SCHED_IDLE);
             while !RETURNS.load(Ordering::SeqCst) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A thread that receives a signal late for want of a core is not deaf; one that masks signals is.
+#![allow(clippy::disallowed_methods, reason = "threads without a core have no real-time priority")]
 #![allow(clippy::undocumented_unsafe_blocks, reason = "threads are pinned and masked by hand")]
 use kernel::clock::monotonic_ns;
 use kernel::containment::{Containment, install};
@@ -102,11 +103,7 @@ fn who_has_no_core_is_not_deaf() {
     let watching = std::thread::spawn(|| {
         let one = Loop::begin(spins, || {
             pin_to(a_core());
-            #[expect(clippy::disallowed_methods, reason = "not a real-time priority")]
-            // SAFETY: lowers this thread.
-            unsafe {
-                libc::sched_setscheduler(0, libc::SCHED_IDLE, &libc::sched_param { sched_priority: 0 })
-            };
+            unsafe { libc::sched_setscheduler(0, libc::SCHED_IDLE, &libc::sched_param { sched_priority: 0 }) };
         });
         pin_to(a_core());
         assert!((0..1000).all(|_| !one.containment.watch(monotonic_ns(), waits_for_a_core)), "it could only not run");

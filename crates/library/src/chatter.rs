@@ -9,13 +9,13 @@ const SWINGS: u32 = 20;
 pub struct Chatter {
     /// Sign of the bound that was last passed; 0 before the first.
     side: i8,
-    /// Number of consecutive swings, each in time after the previous one.
+    /// Number of consecutive swings, each within the maximum time after the previous one.
     count: u32,
     first_ns: i64,
     last_ns: i64,
-    /// Half waves since `first_ns`, not all of which pass the bounds.
+    /// Half waves since `first_ns`, including those that do not pass the bounds.
     half_waves: HalfWaves,
-    /// Half waves of the signal that leads the value.
+    /// Half waves of the speed of the reference, which may be the cause of the swings.
     led: HalfWaves,
 }
 
@@ -43,10 +43,11 @@ fn sign(number: f64) -> i8 {
 }
 
 impl Chatter {
-    /// Takes the value at `time_ns`. Returns the frequency, Hz, when ten consecutive periods have gone from beyond `bound` to beyond
-    /// `-bound` and back, none slower than `frequency_min`. A value that stays beyond one bound (a hard stop), rarely passes them (a
-    /// step, friction) or stays within them (noise) does not chatter. Neither does a value that is led to swing: `leads` is the speed of
-    /// its reference, which then reverses at least half as often. Off if the bound or the frequency is 0.
+    /// Processes the value at `time_ns`. Returns the frequency, Hz, when the value has swung from beyond `bound` to beyond `-bound` and
+    /// back for ten consecutive periods, none slower than `frequency_min`. A value that stays beyond one bound (a hard stop), rarely
+    /// passes the bounds (a step, friction) or stays within them (noise) does not chatter. Neither does a value whose swings are caused
+    /// by its reference: `leads` is the speed of the reference, which then reverses at least half as often. Returns `None` if the bound
+    /// or the frequency is 0.
     pub fn look(&mut self, value: f64, bound: f64, frequency_min: f64, leads: f64, time_ns: i64) -> Option<f64> {
         if !(bound > 0.0 && frequency_min > 0.0) {
             *self = Chatter::default();

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Motion of several joints from any state: common part of the motion generators.
 //!
-//! From rest the joints move along a straight line in joint space: one coordinate runs from 0 to 1, with the maximum speed, acceleration
-//! and jerk that all joints' limits allow. From a moving state each joint has a motion of its own, and those that would arrive earlier
-//! are slowed down, so that they arrive together if they can. Either motion can be replanned at any time from its current state: for a
-//! new goal, another speed, a stop.
+//! From rest, the joints move along a straight line in joint space: one coordinate runs from 0 to 1, with the maximum speed, acceleration
+//! and jerk that all joints' limits allow. From a moving state, each joint has a motion of its own, and joints that would arrive earlier
+//! are slowed down, so that all arrive together if they can. Either motion can be replanned at any time from its current state: for a new
+//! goal, a different speed, or a stop.
 use crate::online::{Profile, State};
 use crate::profile::{JOINTS_MAX, Limits};
 
@@ -12,18 +12,18 @@ use crate::profile::{JOINTS_MAX, Limits};
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Motion {
     joints: usize,
-    /// Profile of each joint, or only the first: that of the line.
+    /// Profile of each joint; for a motion along a line, only the first one is used, for the line.
     profiles: [Profile; JOINTS_MAX],
-    /// The motion is along a line, between these positions.
+    /// True if the motion is along a line between these positions.
     is_line: bool,
     from: [f64; JOINTS_MAX],
     to: [f64; JOINTS_MAX],
-    /// Time since planning.
+    /// Time since planning, s.
     time_s: f64,
 }
 
 impl Motion {
-    /// Returns joints in these states; they are not braked before a motion is planned.
+    /// Creates a motion with the joints in these states; they are not braked before a motion is planned.
     pub fn of(states: &[State]) -> Motion {
         let mut motion = Motion { joints: states.len(), ..Motion::default() };
         for (profile, state) in motion.profiles.iter_mut().zip(states) {
@@ -55,7 +55,8 @@ impl Motion {
         (most_s - self.time_s).max(0.0)
     }
 
-    /// Plans a motion to `goals` from the current state. The slices have one element per joint; numbers are finite, limits positive.
+    /// Plans a motion to `goals` from the current state. The slices have one element per joint; the caller ensures that numbers are
+    /// finite and limits positive.
     pub fn go(&mut self, goals: &[f64], limits: &[Limits]) {
         let states = self.states();
         let n = self.joints;
@@ -79,7 +80,7 @@ impl Motion {
         self.time_s = 0.0;
     }
 
-    /// Plans a motion of each joint on its own; `profile` receives its number and state.
+    /// Plans a motion of each joint on its own; `profile` receives the joint's number and state.
     pub fn each(&mut self, mut profile: impl FnMut(usize, State) -> Profile) {
         let states = self.states();
         self.is_line = false;
@@ -89,7 +90,7 @@ impl Motion {
         self.time_s = 0.0;
     }
 
-    /// Brakes to rest as soon as the limits of acceleration and jerk allow; a motion along a line stays on it.
+    /// Brakes to rest as quickly as the limits of acceleration and jerk allow; a motion along a line stays on it.
     pub fn stop(&mut self, limits: &[Limits]) {
         if self.is_line {
             let s = self.profiles[0].at(self.time_s);
@@ -111,7 +112,7 @@ impl Motion {
         self.profiles[0] = Profile::to(s, 1.0, self.line_limits(limits));
     }
 
-    /// Returns the limits of the coordinate along the line. If the line has no length, any limits will do.
+    /// Returns the limits of the coordinate along the line. If the line has zero length, they are arbitrary.
     fn line_limits(&self, limits: &[Limits]) -> Limits {
         let mut most = Limits { speed: f64::INFINITY, acceleration: f64::INFINITY, jerk: f64::INFINITY };
         for (i, limit) in limits.iter().enumerate() {

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Motion of one coordinate from any state to rest at a goal, within limits of speed, acceleration and jerk.
 //!
-//! A *change of speed* has three phases: jerk, constant acceleration, the opposite jerk; its numbers are a closed form. A motion is a
-//! change from the present speed to a speed v, a segment at v, and a change from v to rest (Haschke, Weitnauer and Ritter, *On-line
-//! planning of time-optimal, jerk-limited trajectories*, 2008). If stopping at once would end short of the goal, v points to it, else
-//! back. v is the maximum that the limit and the distance allow; if there is no segment at v, it is found by bisection, because the
-//! distance grows with v there. A motion from rest is the shortest in time; one from a moving state may take longer than the shortest if
-//! it is about to stop before its goal, because it never speeds up again during braking.
+//! A *change of speed* has three phases: jerk, constant acceleration, and the opposite jerk; its numbers have a closed form. A motion is
+//! a change from the current speed to a speed v, a segment at v, and a change from v to rest (Haschke, Weitnauer and Ritter, *On-line
+//! planning of time-optimal, jerk-limited trajectories*, 2008). If stopping immediately would end short of the goal, v is directed
+//! towards it, otherwise away from it. v is the maximum that the limit and the distance allow; if there is no segment at v, it is found
+//! by bisection, because the distance then increases with v. A motion from rest takes the shortest possible time. A motion from a moving
+//! state may take longer if it is about to stop before its goal, because it never speeds up again while braking.
 //!
-//! The state may be beyond the limits (if a lower speed was requested): then it returns to them at once and stays.
+//! The state may be beyond the limits (if a lower speed was requested): the motion then first returns to the limits, and stays within
+//! them.
 use crate::profile::Limits;
 
 /// Position, velocity and acceleration of a coordinate: rad, rad/s, rad/s² (or the same in metres, or along a path).
@@ -29,8 +30,8 @@ impl State {
     }
 }
 
-/// Returns the state after `span_s` of the motion to a velocity, which is reached in the shortest time that acceleration and jerk allow,
-/// and then kept.
+/// Returns the state after `span_s` of a motion to a velocity, which is reached in the shortest time that the acceleration and jerk
+/// allow, and then kept.
 pub fn towards(state: State, velocity: f64, limits: Limits, span_s: f64) -> State {
     let (mut now, mut left_s) = (state, span_s);
     for phase in change(state.velocity, state.acceleration, velocity, limits).phases {
@@ -57,20 +58,20 @@ pub struct Profile {
     end_velocity: f64,
 }
 
-/// A change of speed: its phases, and the distance that it takes.
+/// A change of speed: its phases, and the distance covered.
 #[derive(Clone, Copy, Debug)]
 struct Change {
     phases: [Phase; 3],
     way: f64,
 }
 
-/// Number of bisections of an interval: a double has no more bits.
+/// Maximum number of bisections of an interval; a double has no more bits.
 const HALVINGS: usize = 100;
 /// Fraction of the distance within which the goal counts as reached.
 const NEAR: f64 = 1e-12;
 
 impl Profile {
-    /// Returns an empty motion in the state from which one will start.
+    /// Returns an empty motion in the state from which a motion will start.
     pub fn beginning(state: State) -> Profile {
         // An endless phase without jerk: the state is that of its start until a motion is planned.
         let mut phases = [Phase::default(); 7];
@@ -78,7 +79,7 @@ impl Profile {
         Profile { start: state, phases, end: state.position, end_velocity: 0.0 }
     }
 
-    /// Brakes to rest as soon as possible.
+    /// Returns the motion that brakes to rest as soon as possible.
     pub fn stop(state: State, limits: Limits) -> Profile {
         let change = change(state.velocity, state.acceleration, 0.0, limits);
         let [a, b, c] = change.phases;
@@ -86,7 +87,7 @@ impl Profile {
         Profile { start: state, phases, end: state.position + change.way, end_velocity: 0.0 }
     }
 
-    /// Comes to rest at `goal`. Limits are positive, all numbers finite: the caller has checked.
+    /// Returns the motion that comes to rest at `goal`. All limits are positive and all numbers finite, as checked by the caller.
     pub fn to(state: State, goal: f64, limits: Limits) -> Profile {
         match Course::new(state, goal, limits) {
             None => Profile { end: goal, ..Profile::stop(state, limits) },
@@ -94,9 +95,9 @@ impl Profile {
         }
     }
 
-    /// Plans like [`Profile::to`], but takes `duration_s` if that is longer than the shortest time: at a lower speed, so that several
-    /// coordinates arrive together. From rest it takes exactly that long. From a moving state it may take longer, if the time lies
-    /// between two ways of stopping, and a motion that only brakes to its goal cannot be made longer.
+    /// Plans like [`Profile::to`], but takes `duration_s` if that is longer than the shortest time, by using a lower speed, so that
+    /// several coordinates arrive together. From rest, it takes exactly that long. From a moving state, it may take longer if the
+    /// duration lies between those of two ways of stopping, and a motion that only brakes to its goal cannot be made longer.
     pub fn to_in(state: State, goal: f64, limits: Limits, duration_s: f64) -> Profile {
         let fastest = Profile::to(state, goal, limits);
         match Course::new(state, goal, limits) {
@@ -161,12 +162,12 @@ impl Profile {
     }
 }
 
-/// A distance beyond that of stopping at once, with the sign such that the rest of it is positive.
+/// Distance to the goal beyond the stopping point of an immediate stop, with the sign for which it is positive.
 struct Course {
     state: State,
     goal: f64,
     limits: Limits,
-    /// 1: the goal is ahead in the positive direction; -1: in the negative.
+    /// 1 if the goal is ahead in the positive direction, -1 if in the negative one.
     sign: f64,
     velocity: f64,
     acceleration: f64,
@@ -174,7 +175,7 @@ struct Course {
 }
 
 impl Course {
-    /// Returns `None` if stopping at once ends at the goal.
+    /// Creates a course; returns `None` if stopping immediately ends at the goal.
     fn new(state: State, goal: f64, limits: Limits) -> Option<Course> {
         let way = goal - state.position;
         let rest = way - change(state.velocity, state.acceleration, 0.0, limits).way;
@@ -185,12 +186,12 @@ impl Course {
         Some(Course { state, goal, limits, sign, velocity: sign * state.velocity, acceleration: sign * state.acceleration, way: sign * way })
     }
 
-    /// Returns the distance of a motion that reaches this speed and stops from there.
+    /// Returns the distance covered by a motion that reaches this speed and then stops.
     fn way_by(&self, speed: f64) -> f64 {
         change(self.velocity, self.acceleration, speed, self.limits).way + change(speed, 0.0, 0.0, self.limits).way
     }
 
-    /// Returns the maximum speed from which it can still stop at the goal.
+    /// Returns the maximum speed from which the motion can still stop at the goal.
     fn fastest(&self) -> f64 {
         let most = self.limits.speed;
         if self.way_by(most) <= self.way {
@@ -209,7 +210,7 @@ impl Course {
         low
     }
 
-    /// Returns the speed at which the motion takes that long; at the maximum speed it is too short.
+    /// Returns the speed at which the motion takes `duration_s`; at the maximum speed, it takes less.
     fn speed_for(&self, duration_s: f64) -> f64 {
         let (mut low, mut high): (f64, f64) = (0.0, self.fastest());
         for _ in 0..HALVINGS {
@@ -250,8 +251,8 @@ fn nearest(sure: f64, ideal: f64, fits: impl Fn(f64) -> bool) -> f64 {
     good
 }
 
-/// Computes the fastest change from a speed and acceleration to the speed `to` with acceleration 0. An acceleration beyond the limit is
-/// brought back to it first.
+/// Computes the fastest change from a speed and acceleration to the speed `to` with zero acceleration. An acceleration beyond the limit
+/// is first brought back to it.
 fn change(velocity: f64, acceleration: f64, to: f64, limits: Limits) -> Change {
     let (most, jerk) = (limits.acceleration, limits.jerk);
     // Remaining change of speed after the acceleration is reduced to 0 as fast as possible.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Pace of a planned motion: the rate at which its own time passes, 1 as planned, 0 standing still.
+//! Pace of a planned motion: the rate at which its own time elapses, 1 as planned, 0 at a standstill.
 //!
 //! With the path time τ and the pace r = dτ/dt, a joint planned at velocity v(τ) and acceleration a(τ) moves at v r and accelerates at a
-//! r² + v r'. So a motion planned within its limits keeps them at every pace up to 1, as long as r' is small enough: overrides and holds
-//! are ramped accordingly.
+//! r² + v r'. Thus a motion planned within its limits stays within them at every pace up to 1, as long as r' is small enough: overrides
+//! and holds are ramped accordingly.
 
 use crate::span::ElapsedTime;
 
@@ -12,12 +12,13 @@ const HALVINGS: u32 = 48;
 /// Fraction by which rounding may exceed a limit.
 const ROUNDING: f64 = 1e-9;
 
-/// Returns the acceleration of one coordinate at a pace: from planned velocity and acceleration, the pace and its slope (1/s).
+/// Returns the acceleration of one coordinate at a pace, from the planned velocity and acceleration, the pace, and the slope of the pace
+/// (1/s).
 pub fn acceleration(velocity: f64, acceleration: f64, pace: f64, slope: f64) -> f64 {
     acceleration * pace * pace + velocity * slope
 }
 
-/// Returns the next pace after `pace`, towards `wanted` (clamped to 0 to 1), over `span_s`: the nearest that `fits`, which is called with
+/// Returns the pace after `pace`, towards `wanted` (clamped to 0 to 1), over `span_s`: the closest one that `fits`. `fits` is called with
 /// the pace and its slope at the start and at the end of the span.
 pub fn next(pace: f64, wanted: f64, span_s: f64, fits: impl Fn(f64, f64) -> bool) -> f64 {
     let wanted = if wanted > 0.0 { wanted.min(1.0) } else { 0.0 };
@@ -35,14 +36,14 @@ pub fn next(pace: f64, wanted: f64, span_s: f64, fits: impl Fn(f64, f64) -> bool
     pace
 }
 
-/// Returns the pace that overrides allow: the minimum of the joints' own times the minimum of the cell's, each within 0 to 1; `None` if
-/// one is not.
+/// Returns the pace that overrides allow: the minimum of the joints' own overrides times the minimum of the cell's, each within 0 to 1;
+/// `None` if any of them is outside that range.
 pub fn allowed(own: &[f64], cell: &[f64]) -> Option<f64> {
     let least = |shares: &[f64]| shares.iter().try_fold(1.0f64, |least, share| (0.0..=1.0).contains(share).then(|| least.min(*share)));
     Some(least(own)? * least(cell)?)
 }
 
-/// Updates `most`, the maximum time lost at once, s. Returns true if more was lost than the minimum of these bounds allows.
+/// Updates `most`, the longest single loss of time so far, s. Returns true if the loss exceeds the minimum of these bounds.
 pub fn note_lost(passed: ElapsedTime, bounds: &[f64], most: &mut f64) -> bool {
     if passed.lost_ns == 0 {
         return false;

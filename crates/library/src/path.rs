@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Motion of several joints through way-points: straight lines in joint space, joined by parabolic blends.
 //!
-//! Around a way-point the corner is cut by a parabola that begins and ends at the distance d from it. At the constant rate w along it
-//! each joint has a constant acceleration (u₂ - u₁) w²/(2 d), u₁ and u₂ being the directions of the lines, and the path passes the
-//! way-point at d/4 |u₂ - u₁| (Craig, *Introduction to Robotics*, section 7.4: linear paths with parabolic blends). Along a line the rate
-//! speeds up, is constant and slows down. The rates at the blends are the maximum that every joint's limits and the lines between them
-//! allow: one pass forward, one backward. So no limit is exceeded anywhere, and the last way-point is reached exactly.
+//! At a way-point, the corner is cut by a parabola that begins and ends at the distance d from it. At the constant rate w along it, each
+//! joint has a constant acceleration (u₂ - u₁) w²/(2 d), where u₁ and u₂ are the directions of the lines, and the path passes the
+//! way-point at d/4 |u₂ - u₁| (Craig, *Introduction to Robotics*, section 7.4: linear paths with parabolic blends). Along a line, the
+//! rate increases, is constant and decreases. The rates at the blends are the maximum that every joint's limits and the lines between
+//! them allow; they are computed in one forward and one backward pass. Thus no limit is exceeded anywhere, and the last way-point is
+//! reached exactly.
 //!
-//! [`planning`] makes a path, in portions if it is long; generators read it through a [`View`].
+//! [`planning`] creates a path, in portions if it is long; generators read it through a [`View`].
 pub(crate) mod generator;
 pub(crate) mod planner;
 pub mod planning;
@@ -22,10 +23,10 @@ pub use view::{Part, View};
 pub const POINTS_MAX: usize = 64;
 /// Maximum number of way-points of a long path.
 pub const LONG_POINTS_MAX: usize = 4096;
-/// Distance in every joint below which way-points coincide, rad or m.
+/// Distance in every joint below which way-points count as coincident, rad or m.
 const SAME: f64 = 1e-12;
 
-/// Value of [`Path::plan`] while a path is being planned, over several invocations.
+/// Value of [`Path::plan`] while a path is being planned over several invocations.
 pub const BEING_PLANNED: f64 = -1.0;
 
 /// Distance at which the path passes a way-point, and speed on the line to it.
@@ -42,7 +43,7 @@ pub mod samples {
     use super::*;
     use crate::profile::{JOINTS_MAX, Limits};
 
-    /// Plans path number `plan` in one go.
+    /// Plans path number `plan` in a single call.
     pub fn plan(plan: f64, start: &[f64], points: &[[f64; JOINTS_MAX]], passing: &[Passing], limits: &[Limits]) -> Path {
         let mut path = <Path as opengpac::Type>::zero();
         assert_eq!(plan_by(usize::MAX, &mut path.table(), start, points, passing, limits), 1);
@@ -50,7 +51,7 @@ pub mod samples {
         path
     }
 
-    /// Plans a path, some steps at a time. Returns the number of calls.
+    /// Plans a path, a number of steps at a time. Returns the number of calls.
     pub fn plan_by(steps: usize, table: &mut Table, start: &[f64], points: &[[f64; JOINTS_MAX]], passing: &[Passing], limits: &[Limits]) -> usize {
         let shares = if points.len() > POINTS_MAX { LONG_BLEND_SHARES } else { BLEND_SHARES };
         let mut planning = Planning::begin(table, 0, start, shares);
@@ -69,7 +70,7 @@ pub mod samples {
         }
     }
 
-    /// A random path: some stops, some close points, some duplicates.
+    /// A random path with some stops, some close points and some duplicates.
     pub struct Case {
         pub n: usize,
         pub start: Vec<f64>,

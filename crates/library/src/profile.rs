@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Jerk-limited motion of several joints along a straight line in joint space, rest to rest.
+//! Jerk-limited motion of several joints along a straight line in joint space, from rest to rest.
 //!
 //! Joint i is at start_i + (goal_i - start_i) s(t). The path coordinate s runs from 0 to 1 with the maximum speed, acceleration and jerk
-//! that all joints' limits allow (limit_i / |goal_i - start_i|, the minimum over the joints), so all joints start and arrive together,
-//! and each phase is a cubic: jerk up, constant acceleration, jerk down, constant speed, and the mirror image. This is the shortest time
-//! along that line (Biagiotti and Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, 2008, section 3.4). It needs no
-//! memory other than its coefficients, so a planner can run on the real-time path.
+//! that all joints' limits allow (limit_i / |goal_i - start_i|, the minimum over the joints), so that all joints start and arrive
+//! together, and each phase is a cubic: jerk up, constant acceleration, jerk down, constant speed, and the mirror image. This is the
+//! shortest time along that line (Biagiotti and Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, 2008, section 3.4).
+//! It needs no memory other than its coefficients, so a planner can run on the real-time path.
 
 /// Maximum number of joints of one motion.
 pub const JOINTS_MAX: usize = 16;
-/// Number of coefficients of a planned motion, in this order: number of the plan (1, 2, …; 0: none yet), joints, duration (s), time of
-/// each jerk phase (s), of constant acceleration (s), of constant speed (s), jerk of s (1/s³), 0, then 16 starts and 16 goals.
+/// Number of coefficients of a planned motion, in this order: number of the plan (1, 2, …; 0 if there is none yet), joints, duration (s),
+/// duration of each jerk phase (s), of constant acceleration (s), of constant speed (s), jerk of s (1/s³), 0, then 16 starts and 16
+/// goals.
 pub const COEFFICIENTS: usize = 8 + 2 * JOINTS_MAX;
-/// Coefficients of a planned motion in the form in which blocks exchange them.
+/// Coefficients of a planned motion, as exchanged between blocks.
 pub type Coefficients = [f64; COEFFICIENTS];
 
 const PLAN: usize = 0;
@@ -34,12 +35,12 @@ pub struct Limits {
 }
 
 impl Limits {
-    /// Returns true if all of them are finite numbers above 0.
+    /// Returns true if all limits are finite numbers above 0.
     pub fn are_positive(&self) -> bool {
         [self.speed, self.acceleration, self.jerk].iter().all(|limit| limit.is_finite() && *limit > 0.0)
     }
 
-    /// Returns the limits of joints with unlimited jerk; `None` if one is not positive.
+    /// Returns the limits of joints with unlimited jerk; `None` if any is not positive.
     pub fn of_joints(speed: &[f64], acceleration: &[f64]) -> Option<[Limits; JOINTS_MAX]> {
         let mut limits = [Limits { speed: 0.0, acceleration: 0.0, jerk: 1.0 }; JOINTS_MAX];
         for (limit, (speed, acceleration)) in limits.iter_mut().zip(speed.iter().zip(acceleration)) {
@@ -59,7 +60,7 @@ struct Phases {
 }
 
 /// Plans motion number `plan` (from 1) of `start.len()` joints. The three slices have equal length, at most [`JOINTS_MAX`]; the caller
-/// has checked that every number is finite and every limit positive. If start and goal coincide, the duration is 0.
+/// must have checked that every number is finite and every limit positive. If start and goal coincide, the duration is 0.
 pub fn plan(plan: f64, start: &[f64], goal: &[f64], limits: &[Limits]) -> Coefficients {
     let mut most = Limits { speed: f64::INFINITY, acceleration: f64::INFINITY, jerk: f64::INFINITY };
     let mut coefficients = [0.0; COEFFICIENTS];
@@ -84,7 +85,7 @@ pub fn plan(plan: f64, start: &[f64], goal: &[f64], limits: &[Limits]) -> Coeffi
     coefficients
 }
 
-/// Computes the phases over a distance of 1. Each shorter case leaves out the phase for which there is no room.
+/// Computes the phases over a distance of 1. If the distance is too short for a phase, that phase is omitted.
 fn phases(most: Limits) -> Phases {
     let Limits { speed: v, acceleration: a, jerk: j } = most;
     // With constant speed: acceleration is reached only if speeding up to v takes longer than 2 a/j.
@@ -105,7 +106,7 @@ fn phases(most: Limits) -> Phases {
     Phases { jerk_s, acceleration_s, cruise_s, jerk }
 }
 
-/// Returns the number of the plan, 0 if there is none yet.
+/// Returns the number of the plan; 0 if there is none yet.
 pub fn number(coefficients: &Coefficients) -> f64 {
     coefficients[PLAN]
 }
@@ -120,8 +121,8 @@ pub fn duration_s(coefficients: &Coefficients) -> f64 {
     coefficients[DURATION]
 }
 
-/// Computes the position and speed of each joint at `time_s` after the start: at the start before it, exactly at the goal from the
-/// duration on.
+/// Computes the position and speed of each joint at `time_s`. Before time 0, the joints are at the start; from the duration on, they are
+/// exactly at the goal.
 pub fn evaluate(coefficients: &Coefficients, time_s: f64, position: &mut [f64], speed: &mut [f64]) {
     let ended = time_s >= coefficients[DURATION];
     let (s, rate) = if ended { (1.0, 0.0) } else { path(coefficients, time_s.max(0.0)) };
@@ -132,7 +133,7 @@ pub fn evaluate(coefficients: &Coefficients, time_s: f64, position: &mut [f64], 
     }
 }
 
-/// Returns s and its rate at a time within the motion. The second half mirrors the first: s(t) = 1 - s(duration - t).
+/// Returns s and its rate at a given time within the motion. The second half mirrors the first: s(t) = 1 - s(duration - t).
 fn path(coefficients: &Coefficients, time_s: f64) -> (f64, f64) {
     let duration = coefficients[DURATION];
     if time_s > duration / 2.0 {
@@ -230,7 +231,8 @@ mod tests {
         }
     }
 
-    /// Distance, speed, acceleration and jerk, and the results of ruckig 0.19.4 (PyPI): the duration, and the position after 0.3 of it.
+    /// Each row contains distance, speed, acceleration and jerk, followed by the results of ruckig 0.19.4 (PyPI): the duration, and the
+    /// position after 0.3 of it.
     #[test]
     fn one_joint_moves_as_ruckig_moves_it() {
         let cases = [

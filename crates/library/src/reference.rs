@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reference of a servo: approaches periodic set-points in even steps.
+//! Reference of a servo: approaches periodic set-points in equal steps.
 //!
 //! The set-points of a generator at 20 ms are a staircase for a servo at 1 ms, and a stiff servo answers each step with its maximum
 //! torque. With `interpolation` 20, a new set-point is reached after 20 invocations, in equal steps, and the step size gives the rate of
@@ -46,7 +46,7 @@ impl Reference {
     }
 }
 
-/// Bounds of the reference of a servo, the last before the physical device.
+/// Bounds of the reference of a servo, which are the last ones before the physical device.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
     pub position_min: f64,
@@ -57,10 +57,10 @@ pub struct Bounds {
     pub change_max: f64,
 }
 
-/// A reference whose speed has no jumps: a new set-point is reached after two times `interpolation` invocations, the speed changing
-/// evenly over each. Set-points at intervals of `interpolation` invocations become their quadratic B-spline, so neither speed nor
-/// acceleration ever exceeds theirs (the mean of the staircase over `interpolation` invocations, twice). It lags behind them by one and a
-/// half of their periods.
+/// A reference whose speed has no jumps: a new set-point is reached after two times `interpolation` invocations, with the speed changing
+/// uniformly over each half. Set-points at intervals of `interpolation` invocations become their quadratic B-spline, so neither speed nor
+/// acceleration ever exceeds that of the set-points (the mean of the staircase over `interpolation` invocations, taken twice). It lags
+/// behind them by one and a half of their periods.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Spline {
     value: f64,
@@ -70,25 +70,26 @@ pub struct Spline {
     change: f64,
     setpoint: f64,
     left: u32,
-    /// Set after lost time, to catch up with the missed distance.
+    /// Set after time was lost, while the reference catches up with the missed distance.
     catching_up: Option<CatchingUp>,
-    /// Number of set-points whose change of speed is still kept within the acceleration, because they follow a braking servo.
+    /// Number of set-points for which the change of speed is still limited to the acceleration, because they follow a braking servo.
     wary: u32,
-    /// Speed that the set-point declares, per invocation; 0 if it declares none.
+    /// Speed declared by the set-point, per invocation; 0 if it declares none.
     declared: f64,
     /// Number of invocations by which the set-point is younger than the previous one; 0 if that is not known.
     apart: f64,
 }
 
-/// Motion of a reference that catches up with set-points that continued while its servo stood still: no faster than it moved and than the
-/// set-points move, and within its acceleration, so that it comes to rest at them.
+/// Motion of a reference that catches up with set-points that continued while its servo was stalled: no faster than it moved before, no
+/// faster than the set-points move, and within its acceleration, so that it comes to rest at them.
 #[derive(Clone, Copy, Debug)]
 struct CatchingUp {
     /// Maximum speed, per invocation.
     speed: f64,
-    /// Number of lost invocations during which the next set-point has moved; infinite if that set-point says nothing about the speed.
+    /// Number of lost invocations during which the next set-point has moved; infinite if the speed is not determined from that set-point.
     lost: f64,
-    /// Set-points to come before it may be over: the first ones after lost time come too soon, for theirs was not lost in the same cycles.
+    /// Number of set-points that must arrive before catching up may end. The first ones after a loss of time arrive too early, because
+    /// their generator did not lose time in the same cycles.
     awaited: u32,
     /// Speed of the last set-points, per invocation.
     pace: f64,
@@ -109,13 +110,14 @@ pub fn is_bad_limit(limit: f64) -> bool {
     limit.is_nan() || limit < 0.0
 }
 
-/// Distance, and speed per invocation, below which the reference has arrived.
+/// Distance, and speed per invocation, below which the reference counts as having arrived.
 const THERE: f64 = 1e-13;
-/// Number of set-points after which a returning generator is treated like any other: those of the spline that the reference follows.
+/// Number of set-points after which a returning generator is treated like any other: the number that determine the spline followed by the
+/// reference.
 const WARY: u32 = 3;
-/// Maximum share of the declared speed at which a late set-point is made up for.
+/// Maximum factor on the declared speed with which the delay of a late set-point is made up for.
 const MAKING_UP: f64 = 1.15;
-/// Tolerance for rounding when a set-point is compared with a bound, for the position and as a fraction of the maximum speed.
+/// Tolerance for rounding when a set-point is compared with a bound: for the position, and as a fraction of the maximum speed.
 const ROUNDING: f64 = 1e-9;
 
 impl Spline {
@@ -124,7 +126,7 @@ impl Spline {
         Spline { value, setpoint: value, ..Spline::default() }
     }
 
-    /// Advances by one invocation. Returns the reference, its speed per invocation, and whether a bound limited it. A reference outside
+    /// Advances by one invocation. Returns the reference, its speed per invocation, and true if a bound limited it. A reference outside
     /// its range, because the joint was there when it was enabled, may move only towards the range.
     pub fn advance(&mut self, setpoint: f64, interpolation: u32, bounds: Bounds) -> (f64, f64, bool) {
         // A NaN passes: it is detected as a fault of the servo.
@@ -159,14 +161,14 @@ impl Spline {
         (self.value, self.speed, limited)
     }
 
-    /// Handles lost time: the distance that the set-points moved meanwhile is not jumped over.
+    /// Handles lost time: prevents a jump over the distance that the set-points have moved in the meantime.
     fn catch_up(&mut self, lost: f64) {
         let before = self.catching_up.unwrap_or(CatchingUp { speed: 0.0, lost: 0.0, awaited: 0, pace: 0.0 });
         self.catching_up = Some(CatchingUp { speed: before.speed.max(self.speed.abs()), lost: before.lost + lost, awaited: WARY, ..before });
     }
 
-    /// A generator comes back that was late for so long that the reference has braked: its set-points, the first of which moves at `speed`, are followed
-    /// no faster than they move.
+    /// Handles a generator that returns after being late for so long that the reference has braked. Its set-points, the first of which
+    /// moves at `speed`, are followed no faster than they themselves move.
     fn catch_up_with(&mut self, speed: f64) {
         self.catch_up(f64::INFINITY);
         if let Some(catching_up) = &mut self.catching_up
@@ -176,7 +178,7 @@ impl Spline {
         }
     }
 
-    /// Returns `even`, the speed to reach over `span` invocations, limited by catching up; at the end of catching up, `even` itself.
+    /// Returns `even`, the speed to reach over `span` invocations, limited for catching up; at the end of catching up, `even` itself.
     fn caught_up(&mut self, even: f64, span: f64, change_max: f64) -> f64 {
         let Some(catching_up) = self.catching_up else { return even };
         let towards = if self.setpoint < self.value { -1.0 } else { 1.0 };
@@ -196,14 +198,14 @@ impl Spline {
         towards * reached
     }
 
-    /// Returns `even`, limited by the acceleration after a generator has returned, and during catching up.
+    /// Returns `even`, limited by the acceleration after a generator has returned and while catching up.
     fn within(&mut self, even: f64, span: f64, change_max: f64) -> f64 {
         let even = self.returned(even, span, change_max);
         self.caught_up(even, span, change_max)
     }
 
     /// Returns `even`, limited for a generator that returns after the reference has braked. If its set-points are far from the reference,
-    /// they are caught up with as after lost time.
+    /// the reference catches up with them as after lost time.
     fn returned(&mut self, even: f64, span: f64, change_max: f64) -> f64 {
         if self.wary == 0 {
             return even;
@@ -222,7 +224,7 @@ impl Spline {
         within.clamp(-limit, limit)
     }
 
-    /// Moves the origin of positions: nothing moves, all positions increase by `by`.
+    /// Shifts the origin of positions: all positions increase by `by`, and no joint moves.
     pub fn shift(&mut self, by: f64) {
         self.value += by;
         self.setpoint += by;

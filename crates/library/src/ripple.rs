@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Detection of a joint that swings about the position at which it is commanded to stand still.
+//! Detection of a joint that oscillates about its commanded position although it is commanded to be at rest.
 
-/// Minimum number of consecutive swings of a ripple, ten periods, and the minimum time that they take. Over fewer samples noise may look
+/// Minimum number of consecutive swings of a ripple, ten periods, and their minimum total duration. Over fewer samples, noise may look
 /// regular by chance.
 const SWINGS: u32 = 20;
 const SPAN_S: f64 = 0.1;
-/// Fraction of the largest earlier swing below which a swing belongs to a joint that settles.
+/// Fraction of the largest earlier swing below which a swing indicates a joint that is settling.
 const SETTLING: f64 = 0.5;
-/// Maximum ratio of the longest swing to the shortest one, beyond one sample: noise and pushes are less even than a servo that
-/// oscillates.
+/// Maximum ratio of the longest swing to the shortest one, ignoring one sample, because noise and pushes are less uniform than an
+/// oscillating servo.
 const EVEN: f64 = 1.5;
 
 /// Counts the swings of a value from one turning point to the next, about any mean.
@@ -16,7 +16,7 @@ const EVEN: f64 = 1.5;
 pub struct Ripple {
     /// 1 when rising, -1 when falling, 0 before the first swing.
     side: i8,
-    /// Extreme value of this swing, and of the previous one.
+    /// Extreme value of the current swing, and of the previous one.
     farthest: f64,
     before: f64,
     /// Samples since the last swing.
@@ -30,17 +30,17 @@ pub struct Ripple {
 struct Swings {
     count: u32,
     first_ns: i64,
-    /// Number of samples of the shortest and the longest one.
+    /// Number of samples of the shortest and the longest swing.
     shortest: u32,
     longest: u32,
-    /// Height of the largest one.
+    /// Height of the highest swing.
     largest: f64,
 }
 
 impl Ripple {
-    /// Takes the value at `time_ns`. Returns the frequency, Hz, when ten consecutive periods, over a tenth of a second at least, have
-    /// each been at least `height` from peak to peak, none slower than `frequency_min`, all of about equal length, and none much lower
-    /// than the earlier ones. Restarts if `is_still` is false. Off if `height` or `frequency_min` is 0.
+    /// Processes the value at `time_ns`. Returns the frequency, Hz, when for ten consecutive periods, over at least a tenth of a second,
+    /// each swing has been at least `height` from peak to peak, none slower than `frequency_min`, all of about equal length, and none
+    /// much lower than the earlier ones. Restarts if `is_still` is false. Returns `None` if `height` or `frequency_min` is 0.
     pub fn look(&mut self, value: f64, height: f64, frequency_min: f64, is_still: bool, time_ns: i64) -> Option<f64> {
         if !(height > 0.0 && frequency_min > 0.0 && is_still && value.is_finite()) {
             *self = Ripple::default();
@@ -66,7 +66,7 @@ impl Ripple {
         Some(0.5 * f64::from(swings.count) / span_s)
     }
 
-    /// Returns the height of the swing that ends with this value: it has come back by `height` from the extreme value.
+    /// Returns the height of the swing that ends with this value, which has come back by `height` from the extreme value.
     fn turn(&mut self, value: f64, height: f64) -> Option<f64> {
         if self.side == 0 {
             if self.samples == 1 {
@@ -99,7 +99,7 @@ impl Ripple {
 }
 
 impl Swings {
-    /// Returns these swings plus one.
+    /// Returns these swings with one more added.
     fn and(self, samples: u32, height: f64) -> Swings {
         let shortest = if self.count == 0 { samples } else { self.shortest.min(samples) };
         Swings { count: self.count + 1, shortest, longest: self.longest.max(samples), largest: self.largest.max(height), ..self }

@@ -11,12 +11,12 @@ pub struct Section {
     pub a2: f64,
 }
 
-/// State of a section in transposed direct form II, which is the least sensitive to rounding (Oppenheim and Schafer, Discrete-Time Signal
-/// Processing, 6.3).
+/// State of a section in transposed direct form II, which is the form least sensitive to rounding (Oppenheim and Schafer, Discrete-Time
+/// Signal Processing, 6.3).
 pub type Memory = [f64; 2];
 
 impl Section {
-    /// Computes one invocation.
+    /// Computes the output of one invocation.
     #[inline]
     pub fn step(&self, u: f64, memory: &mut Memory) -> f64 {
         let y = self.b0 * u + memory[0];
@@ -25,12 +25,12 @@ impl Section {
         y
     }
 
-    /// Returns the state for which a constant input u has always given the output y.
+    /// Returns the state after a constant input u has always given the output y.
     pub fn at_rest(&self, u: f64, y: f64) -> Memory {
         [y - self.b0 * u, self.b2 * u - self.a2 * y]
     }
 
-    /// Returns true if both poles lie inside the unit circle (the triangle of Jury).
+    /// Returns true if both poles are inside the unit circle (Jury's stability triangle).
     pub fn stable(&self) -> bool {
         self.a2.abs() < 1.0 && self.a1.abs() < 1.0 + self.a2
     }
@@ -46,13 +46,13 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Returns the gain for a constant signal.
+    /// Returns the DC gain.
     pub fn gain_at_rest(self) -> f64 {
         if matches!(self, Kind::Low | Kind::Notch) { 1.0 } else { 0.0 }
     }
 
-    /// Returns the section for a corner or centre frequency of `omega` rad/s and a quality, at one invocation in `span_s`: the bilinear
-    /// transform, prewarped so that the frequency is exact. The frequency must be below half the invocation rate.
+    /// Returns the section for a corner or centre frequency of `omega` rad/s and a quality factor, with one invocation every `span_s`, by
+    /// the bilinear transform, prewarped so that the frequency is exact. The frequency must be below half the invocation rate.
     pub fn section(self, omega: f64, quality: f64, span_s: f64) -> Section {
         let (sin, cos) = (omega * span_s).sin_cos();
         let alpha = sin / (2.0 * quality);

@@ -12,8 +12,8 @@ pub struct Law {
 }
 
 impl Law {
-    /// Computes effort = kp e + ki ∫e dt + kd e' + feedforward, within ± limit. The integral stands still if the effort is limited and
-    /// the error would drive it further (no wind-up). `integral` is ki ∫e dt and is updated.
+    /// Computes effort = kp e + ki ∫e dt + kd e' + feedforward, within ± limit. The integral is held if the effort is limited and the
+    /// error would drive it further (no wind-up). `integral` is ki ∫e dt and is updated.
     pub fn effort(&self, error: f64, rate: f64, feedforward: f64, span_s: f64, integral: &mut f64) -> f64 {
         let more = *integral + self.ki * error * span_s;
         let wanted = self.kp * error + more + self.kd * rate + feedforward;

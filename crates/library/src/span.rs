@@ -2,8 +2,8 @@
 //! Time between two invocations, for blocks whose parameters are times and frequencies.
 //!
 //! A block that measures it needs no parameter that repeats the interval at which it is activated, and stays correct if the interval is
-//! changed. Skipped releases leave gaps in the numbering, so the time lost with them is known, too: motions, integrators and filters
-//! advance by one cycle, as if that time had not passed. Nothing jumps because a machine stalled.
+//! changed. Skipped releases leave gaps in the numbering, so the time lost is also known: motions, integrators and filters advance by one
+//! cycle, as if that time had not elapsed. Thus no output jumps because a machine stalled.
 use opengpac::Invocation;
 
 /// The previous invocation.
@@ -19,20 +19,20 @@ pub struct Span {
 pub struct ElapsedTime {
     /// Part of the time that belongs to one cycle.
     pub cycle_ns: i64,
-    /// Rest of the time: that of the skipped releases.
+    /// Rest of the time, which was lost with the skipped releases.
     pub lost_ns: i64,
 }
 
-/// Maximum loss in cycles that is not a gap: a source that is always slightly late stays correct.
+/// Maximum loss, in cycles, that does not count as a gap, so that a source that is always slightly late stays correct.
 const LATE: i64 = 2;
 
 impl ElapsedTime {
-    /// Returns true if so much was lost that nothing may act as if that time had been used.
+    /// Returns true if so much time was lost that no block may act as if the time had been used.
     pub fn is_gap(self) -> bool {
         self.lost_ns > LATE * self.cycle_ns
     }
 
-    /// Returns all the time, or that of one cycle if there is a gap, s.
+    /// Returns the whole time, or the time of one cycle if there is a gap, s.
     pub fn used_s(self) -> f64 {
         (self.cycle_ns + if self.is_gap() { 0 } else { self.lost_ns }) as f64 * 1e-9
     }
@@ -49,20 +49,20 @@ impl ElapsedTime {
 }
 
 impl Span {
-    /// Returns the time since the previous invocation, s, or that of one cycle after a gap: for integrators and filters. Returns 0 at the
-    /// first invocation, and at an extra one in the same firing.
+    /// Returns the time since the previous invocation, s, or that of one cycle after a gap; for integrators and filters. Returns 0 in the
+    /// first invocation, and in an extra one in the same firing.
     pub fn used(&mut self, invocation: &Invocation) -> f64 {
         self.pass(invocation).used_s()
     }
 
-    /// Returns all the time since the previous invocation, s: for derivatives and predictions of measured values, which did not stand
-    /// still.
+    /// Returns all the time since the previous invocation, s; for derivatives and predictions of measured values, which continued to
+    /// change.
     pub fn elapsed(&mut self, invocation: &Invocation) -> f64 {
         let passed = self.pass(invocation);
         (passed.cycle_ns + passed.lost_ns) as f64 * 1e-9
     }
 
-    /// Returns the time of one cycle, and the lost time.
+    /// Returns the time of one cycle and the lost time.
     pub fn pass(&mut self, invocation: &Invocation) -> ElapsedTime {
         let Invocation { number, time_ns, .. } = *invocation;
         let elapsed_ns = if self.begun { time_ns.saturating_sub(self.before_ns).max(0) } else { 0 };

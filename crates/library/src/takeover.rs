@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Takeover of a motion by another one: from the position, speed and acceleration of its last set-point.
+//! Takeover of a motion by another one, from the position, speed and acceleration of its last set-point.
 //!
-//! A generator stores with each set-point its speed, its acceleration, and the time of storing. The next generator continues from that
-//! state, so neither speed nor acceleration has a step. If the last set-point is older than a cycle, nothing leads the joint: its servo
-//! is at rest, or brakes on its own and reports its distance beyond that set-point, and its speed.
+//! With each set-point, a generator stores its speed, its acceleration, and the time of storing. The next generator continues from that
+//! state, so neither speed nor acceleration has a step. If the last set-point is older than a cycle, no generator leads the joint: its
+//! servo is at rest, or brakes by itself and reports its distance past that set-point, and its speed.
 use crate::motion::Motion;
 use crate::online::State;
 use crate::profile::{JOINTS_MAX, Limits};
@@ -22,13 +22,13 @@ pub struct Last<'a> {
     pub servo_velocity: &'a [f64],
     pub velocity: &'a [f64],
     pub acceleration: &'a [f64],
-    /// Time at which they were stored, ns of the system clock.
+    /// Time at which the set-points were stored, ns of the system clock.
     pub time_ns: &'a [i64],
     /// State of the servos that brake joints without a generator, in the layout of [`Braking`].
     pub braking: &'a [[f64; 4]],
 }
 
-/// Returns the last set-points of the first `n` joints of a block with the inputs of a takeover, from `start` to `braking`.
+/// Returns the last set-points of the first `n` joints of a block that has the inputs of a takeover, `start` to `braking`.
 macro_rules! last_setpoints {
     ($block:expr, $n:expr) => {
         $crate::takeover::Last {
@@ -43,10 +43,10 @@ macro_rules! last_setpoints {
 }
 pub(crate) use last_setpoints;
 
-/// Time after which a braking servo that has formed no set-point counts as stalled.
+/// Time without a new set-point after which a braking servo counts as stalled.
 const BRAKING_S: f64 = 0.1;
 
-/// State of the joints when a motion begins, and the time by which its first set-point is ahead of it.
+/// State of the joints when a motion begins, and the time by which its first set-point is ahead.
 #[derive(Clone, Copy, Debug)]
 pub struct MotionStart {
     pub motion: Motion,
@@ -75,7 +75,7 @@ impl Last<'_> {
         Some(MotionStart { motion: Motion::of(&states[..self.position.len()]), ahead_s })
     }
 
-    /// Returns true if a joint moves, or rests away from its last set-point.
+    /// Returns true if a joint is moving, or is at rest away from its last set-point.
     pub fn is_moving(&self, now_ns: i64, cycle_s: f64) -> bool {
         (0..self.position.len()).any(|i| !self.state(i, now_ns, cycle_s).is_at_rest() || (self.is_braking(i) && self.braking[i][0] != 0.0))
     }
@@ -93,7 +93,7 @@ impl Last<'_> {
         State { position: self.position[i], velocity, acceleration }
     }
 
-    /// Returns true if the servo of joint `i` leads it on its own, because no set-points arrived.
+    /// Returns true if the servo of joint `i` leads it by itself because no set-points arrived.
     fn is_braking(&self, i: usize) -> bool {
         let since_ns = Braking::of(self.braking[i]).time_ns;
         since_ns != 0 && since_ns > self.time_ns[i]
@@ -107,7 +107,7 @@ impl Last<'_> {
     }
 }
 
-/// Joints that are braked to rest before a motion that begins from rest: each on its own, from the state in which it was left.
+/// Joints that are braked to rest before a motion that begins at rest: each on its own, from the state in which it was left.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Brake {
     motion: Motion,
@@ -135,8 +135,8 @@ pub struct BrakingSetpoints {
 }
 
 impl Brake {
-    /// Advances by one cycle. Returns `None` if there is nothing to brake and `has_plan`, or nothing ever was. Without a plan the joints
-    /// stay at rest.
+    /// Advances by one cycle. Returns `None` if no joint is left to brake and `has_plan`, or if no joint had to be braked at all. Without
+    /// a plan, the joints stay at rest.
     pub fn step(&mut self, last: &Last, acceleration: &[f64], jerk: &[f64], cycle_s: f64, has_plan: bool, invocation: &Invocation) -> Option<BrakingSetpoints> {
         let passed = self.span.pass(invocation);
         match self.stage {
@@ -177,7 +177,7 @@ impl Brake {
     }
 }
 
-/// The last three set-points of joints, for generators without a closed form of their speed and acceleration.
+/// Last three set-points of the joints, for generators without a closed form of speed and acceleration.
 #[derive(Clone, Copy, Debug)]
 pub struct Tail {
     before: [f64; JOINTS_MAX],
@@ -192,8 +192,8 @@ impl Default for Tail {
 }
 
 impl Tail {
-    /// Adds the set-points of one cycle; speed and acceleration of each joint at its end are those of the parabola through the last
-    /// three, or 0 if the motion `rests`. A motion that continues from that state has no larger differences than its own.
+    /// Adds the set-points of one cycle. The speed and acceleration of each joint at its end are those of the parabola through the last
+    /// three, or 0 if the motion `rests`. A motion that continues from that state has no larger differences than the present one.
     pub fn push(&mut self, setpoint: &[f64], cycle_s: f64, rests: bool, velocity: &mut [f64], acceleration: &mut [f64]) {
         for (i, now) in setpoint.iter().enumerate() {
             let step = if self.count == 0 { 0.0 } else { now - self.before[i] };

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Last values of a signal, for blocks that look back.
+//! Most recent values of a signal, for blocks that look back.
 
 /// Maximum number of values in a window.
 pub const WINDOW_MAX: usize = 256;
 
-/// Ring buffer of the last values.
+/// Ring buffer of the most recent values.
 #[derive(Clone, Copy, Debug)]
 pub struct Window {
     values: [f64; WINDOW_MAX],
@@ -27,13 +27,13 @@ impl Window {
         self.held = (self.held + 1).min(WINDOW_MAX as u16);
     }
 
-    /// Returns the last `length` values, newest first, or all values so far if fewer.
+    /// Returns the `length` most recent values, newest first, or all values so far if there are fewer.
     pub fn last(&self, length: usize) -> impl ExactSizeIterator<Item = f64> + '_ {
         let count = length.min(usize::from(self.held));
         (0..count).map(move |back| self.values[(usize::from(self.next) + WINDOW_MAX - 1 - back) % WINDOW_MAX])
     }
 
-    /// Returns the value of `back` invocations ago, 0 being the newest; `None` if there are not that many.
+    /// Returns the value from `back` invocations ago, 0 being the newest; `None` if there are not enough values.
     pub fn before(&self, back: usize) -> Option<f64> {
         (back < usize::from(self.held)).then(|| self.values[(usize::from(self.next) + WINDOW_MAX - 1 - back) % WINDOW_MAX])
     }

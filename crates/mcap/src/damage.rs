@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Damage in a file: its position, its time, the number of lost messages; and the summary, which lists the original content.
+//! Damage in a file: its position, the time span it affects, and the number of lost messages; and the summary, which lists the original
+//! content.
 use crate::records::{CHUNK_INDEX, MAGIC, Rest};
 use crate::sound::HEAD;
 use std::collections::BTreeMap;
@@ -8,9 +9,9 @@ use std::io;
 use std::ops::Range;
 use std::os::unix::fs::FileExt;
 
-/// Cause of damage: the record is impossible.
+/// Cause of damage: a record is malformed.
 pub(crate) const UNLIKELY: &str = "a record has an impossible code or length";
-/// Cause of damage: a message after a chunk, which is ignored.
+/// Cause of damage: a message outside any chunk, which is ignored.
 pub(crate) const BESIDE: &str = "a message is between chunks, without a checksum";
 
 /// An unreadable part of a file.
@@ -19,20 +20,20 @@ pub struct Damage {
     /// Position in the file.
     pub bytes: Range<u64>,
     pub what: &'static str,
-    /// Bounds on the times of its messages, ns, as far as the file contains them.
+    /// Bounds on the times of the lost messages, ns, if the file contains them.
     pub span: Option<(u64, u64)>,
-    /// Number of lost messages of each channel, if the file contains it; empty if none is lost.
+    /// Number of lost messages of each channel, if the file contains it; empty if none are lost.
     pub counts: Option<BTreeMap<u16, usize>>,
 }
 
 impl Damage {
-    /// Creates damage by which no message is lost.
+    /// Describes damage that loses no message.
     pub(crate) fn harmless(bytes: Range<u64>, what: &'static str) -> Damage {
         Damage { bytes, what, span: None, counts: Some(BTreeMap::new()) }
     }
 }
 
-/// Chunks as listed at the end of a file.
+/// List of chunks at the end of a file.
 #[derive(Debug, Default)]
 pub(crate) struct Summary {
     /// Position of each chunk, with its times.
@@ -71,7 +72,7 @@ impl Summary {
         self.chunks.iter().map(|(place, _)| place.clone()).collect()
     }
 
-    /// Returns true if a range is exactly the position of a chunk.
+    /// Returns true if a range is exactly that of a chunk.
     pub fn is_chunk(&self, place: &Range<u64>) -> bool {
         self.chunks.iter().any(|(chunk, _)| chunk == place)
     }
@@ -82,5 +83,5 @@ impl Summary {
     }
 }
 
-/// Maximum size of a summary that is read, bytes.
+/// Maximum size of a summary to be read, bytes.
 pub(crate) const SUMMARY_MAX: u64 = 256 << 20;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tests of damaged files: every message of a sound chunk is read, none that was not written appears, and losses are reported.
+//! Tests of damaged files: every message of an intact chunk is read, no message appears that was not written, and losses are reported.
 use crate::records::{CHUNK, MAGIC, Rest};
 use crate::sound::HEAD;
 use crate::tests::{plain, with_chunks};
@@ -11,7 +11,7 @@ use std::io::{Seek, Write};
 use std::ops::Range;
 use std::os::fd::FromRawFd;
 
-/// Channel, time, bytes.
+/// Message: its channel, time, and bytes.
 type RawMessage = (u16, u64, Vec<u8>);
 
 /// Positions of chunks, and the messages of each.
@@ -19,7 +19,7 @@ type Chunks = Vec<(Range<usize>, Vec<RawMessage>)>;
 
 const CHUNKS: u64 = 12;
 
-/// Creates a recording of several chunks, each with its messages and its position in the file.
+/// Creates a recording of several chunks. Returns it with the messages of each chunk and the chunk's position in the file.
 fn recording(is_packed: bool, has_end: bool) -> (Vec<u8>, Chunks) {
     let schema = Schema { name: "form".to_owned(), encoding: "jsonschema", text: "{}".to_owned() };
     let mut writer = Writer::new(Vec::new(), "tests").expect("memory has room");
@@ -43,7 +43,7 @@ fn recording(is_packed: bool, has_end: bool) -> (Vec<u8>, Chunks) {
     (bytes, places.into_iter().zip(chunks).collect())
 }
 
-/// Returns the positions of the chunks of a sound file.
+/// Returns the positions of the chunks of an intact file.
 fn places(bytes: &[u8]) -> Vec<Range<usize>> {
     let (mut rest, mut at, mut found) = (Rest(&bytes[MAGIC.len()..]), MAGIC.len(), Vec::new());
     while let Some((code, fields)) = rest.record() {
@@ -83,8 +83,8 @@ fn read(bytes: &[u8]) -> Result<(Vec<RawMessage>, Vec<Damage>, bool), Unreadable
     Ok((said, damage, indexed.is_whole()))
 }
 
-/// Checks the properties of a damaged file. `touched` contains the bytes that differ from those written, including those beyond the end
-/// of a truncated file.
+/// Checks the required properties for a damaged file. `touched` lists the ranges that differ from those written, including those beyond
+/// the end of a truncated file.
 fn check(bytes: &[u8], chunks: &[(Range<usize>, Vec<RawMessage>)], touched: &[Range<usize>]) -> Result<(), TestCaseError> {
     // The file has lost both its magic and the record that identifies it.
     if touched.iter().any(|range| range.start < 8) && touched.iter().any(|range| (8..60).contains(&range.start) || range.end > 8) {
@@ -114,7 +114,8 @@ fn check(bytes: &[u8], chunks: &[(Range<usize>, Vec<RawMessage>)], touched: &[Ra
     Ok(())
 }
 
-/// Returns the positions of bytes that differ from those written: a byte may be overwritten by the same value, or a bit flipped twice.
+/// Returns the positions of bytes that differ from those written. There may be fewer than expected: a byte may be overwritten with the
+/// same value, or a bit flipped twice.
 fn changed<'a>(written: &'a [u8], bytes: &'a [u8]) -> impl Iterator<Item = usize> + 'a {
     (0..bytes.len()).filter(|at| written[*at] != bytes[*at])
 }

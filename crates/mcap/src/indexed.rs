@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reads an MCAP file in place: the positions of its chunks, and one chunk at a time. Before a chunk is requested, only heads are read.
-//! Unreadable parts are skipped, and listed by [`IndexedFile::damage`].
+//! Reads an MCAP file in place: the positions of its chunks, and one chunk at a time. Until a chunk is requested, only record headers are
+//! read. Unreadable parts are skipped, and listed by [`IndexedFile::damage`].
 use crate::Record;
 use crate::damage::{BESIDE, Damage, SUMMARY_MAX, Summary, UNLIKELY};
 use crate::reader::{LEN_MAX, SHORT, Unreadable, record, unpack};
@@ -23,17 +23,17 @@ pub struct Channel {
 /// A chunk: its position, and its description in the file. Consecutive messages outside chunks are treated as one chunk.
 #[derive(Clone, Debug)]
 pub struct ChunkIndex {
-    /// Position of its fields in the file; for messages outside chunks, of their records.
+    /// Position of the chunk's fields in the file; for messages outside chunks, position of their records.
     pub(crate) fields: Range<u64>,
     is_packed: bool,
-    /// Earliest and latest time of its messages, ns.
+    /// Earliest and latest time of the chunk's messages, ns.
     pub first: u64,
     pub last: u64,
-    /// Number of messages of each channel that has any.
+    /// Number of messages of each channel; channels without messages are omitted.
     pub counts: BTreeMap<u16, usize>,
 }
 
-/// A message in the memory of its chunk.
+/// A message, stored in the memory of its chunk.
 #[derive(Clone, Debug)]
 pub struct Message {
     pub time: u64,
@@ -44,7 +44,7 @@ pub struct Message {
 #[derive(Debug, Default)]
 pub struct Chunk {
     content: Vec<u8>,
-    /// Messages by channel, in the order of the file.
+    /// Messages by channel, in file order.
     pub messages: BTreeMap<u16, Vec<Message>>,
     /// Channels that the chunk defines.
     pub channels: BTreeMap<u16, Channel>,
@@ -86,18 +86,18 @@ impl Chunk {
     }
 }
 
-/// The index after a chunk.
+/// Index that follows a chunk.
 #[derive(Default)]
 struct MessageIndex {
     /// Number of messages of each channel.
     counts: BTreeMap<u16, usize>,
-    /// Earliest and latest time, if each channel's messages are in the order of their times.
+    /// Earliest and latest time, if each channel's messages are in chronological order.
     span: Option<(u64, u64)>,
     /// False if the file ends within the index.
     is_whole: bool,
 }
 
-/// A file that is read in place. It may grow meanwhile: see [`IndexedFile::go_on`].
+/// A file that is read in place. It may grow in the meantime: see [`IndexedFile::go_on`].
 pub struct IndexedFile {
     file: File,
     /// Position after the last record read.
@@ -110,9 +110,9 @@ pub struct IndexedFile {
     pub channels: BTreeMap<u16, Channel>,
     /// Number of chunks that were searched for channels.
     looked: usize,
-    /// Number of chunks that the caller has seen, to which nothing is added.
+    /// Number of complete chunks that the caller has seen.
     seen: usize,
-    /// Gaps between sound records, in file order.
+    /// Gaps between intact records that were skipped, in file order.
     passed: Vec<Damage>,
     /// Summary of the file; read when the first damage is found.
     summary: Option<Summary>,
@@ -123,7 +123,7 @@ impl IndexedFile {
     /// Finds the chunks of a file.
     ///
     /// # Errors
-    /// Fails with [`Unreadable::NoMcap`] if the file does not begin like an MCAP file, and if reading fails.
+    /// Fails with [`Unreadable::NoMcap`] if the file does not begin like an MCAP file, and with another error if it cannot be read.
     pub fn open(file: File) -> Result<IndexedFile, Unreadable> {
         let mut begin = [0; MAGIC.len()];
         if file.read_exact_at(&mut begin, 0).is_err() {
@@ -142,7 +142,7 @@ impl IndexedFile {
         Ok(indexed)
     }
 
-    /// Reads the part of a growing file that was added since; returns true if there was any.
+    /// Reads the part of a growing file added since the last call; returns true if anything was added.
     pub fn go_on(&mut self) -> Result<bool, Unreadable> {
         let (before, len) = (self.at, self.file.metadata()?.len());
         while !self.is_read {
@@ -161,7 +161,7 @@ impl IndexedFile {
         Ok(self.at > before)
     }
 
-    /// Returns true if the record after the magic is a header, with which every MCAP file begins.
+    /// Returns true if the record after the magic is a header record, with which every MCAP file begins.
     fn has_header(&self) -> Result<bool, Unreadable> {
         let Some((HEADER, fields)) = self.head(self.at, self.file.metadata()?.len()).unwrap_or(None) else { return Ok(false) };
         let size = fields.end - fields.start;
@@ -169,7 +169,7 @@ impl IndexedFile {
         Ok(sound::is_sound(HEADER, &begin, size))
     }
 
-    /// Skips damage up to the next sound record; returns false if there is none yet.
+    /// Skips damage up to the next intact record; returns false if none has been written yet.
     fn pass(&mut self, what: &'static str, len: u64) -> Result<bool, Unreadable> {
         if self.at + HEAD > len {
             return Ok(false);
@@ -196,13 +196,13 @@ impl IndexedFile {
         Ok(true)
     }
 
-    /// Returns true if messages are in chunks, as far as the file has been read.
+    /// Returns true if messages are stored in chunks, judging by the part of the file read so far.
     fn has_chunks(&self) -> bool {
         self.chunks.last().is_some_and(|chunk| chunk.is_packed)
     }
 
-    /// Lists the damage found in the file so far. Only the positions of chunks have been checked: the content of each is checked by
-    /// [`IndexedFile::chunk`], and [`IndexedFile::damage_of`] describes a chunk that this rejects.
+    /// Lists the damage found in the file so far. Only the positions of chunks have been checked at that point: [`IndexedFile::chunk`]
+    /// checks the content of each, and [`IndexedFile::damage_of`] describes the chunks that it rejects.
     pub fn damage(&self) -> Vec<Damage> {
         let mut found: Vec<Damage> = self.passed.clone();
         let len = self.file.metadata().map_or(self.at, |about| about.len());
@@ -225,7 +225,7 @@ impl IndexedFile {
         Damage { bytes: begins..fields.end, what, span: Some((*first, *last)).filter(|(first, last)| first <= last), counts }
     }
 
-    /// Reads the times in the head of a chunk, if the head exists.
+    /// Reads the times in the header of a chunk, if the header is present.
     fn times_at(&self, at: u64) -> Option<(u64, u64)> {
         let head = self.read(at..at + HEAD + CHUNK_HEAD).ok()?;
         let mut rest = Rest(&head);
@@ -233,7 +233,7 @@ impl IndexedFile {
         Some((rest.u64()?, rest.u64()?)).filter(|(first, last)| first <= last)
     }
 
-    /// Returns true if the file has its end: no more records follow.
+    /// Returns true if the file has its end record, so that no more records follow.
     pub fn is_whole(&self) -> bool {
         self.is_whole
     }
@@ -254,7 +254,7 @@ impl IndexedFile {
         Chunk::of(content).ok_or(Unreadable::Damaged { at: place.start, what: SHORT })
     }
 
-    /// Reads the next record, and the index after it if it is a chunk; returns false if there is no complete one.
+    /// Reads the next record, and the index after it if it is a chunk; returns false if there are no more complete records.
     fn step(&mut self, len: u64) -> Result<bool, Unreadable> {
         let Some((code, fields)) = self.head(self.at, len)? else { return Ok(false) };
         let (size, mut end) = (fields.end - fields.start, fields.end);
@@ -305,7 +305,7 @@ impl IndexedFile {
         Ok(true)
     }
 
-    /// Discards the channels from a summary whose checksum differs from that in the footer; chunks have checksums of their own.
+    /// Discards the channels read from a summary if its checksum differs from that in the footer. Chunks have their own checksums.
     fn check_summary(&mut self, footer: Range<u64>) -> Result<(), Unreadable> {
         let fields = self.read(footer.clone())?;
         let mut rest = Rest(&fields);
@@ -402,7 +402,7 @@ impl IndexedFile {
         }
     }
 
-    /// Returns code and fields of the record at an offset, or `None` if it is incomplete.
+    /// Returns the opcode and fields of the record at an offset, or `None` if it is incomplete.
     fn head(&self, at: u64, len: u64) -> Result<Option<(u8, Range<u64>)>, Unreadable> {
         if at + HEAD > len {
             return Ok(None);
@@ -417,8 +417,8 @@ impl IndexedFile {
         Ok((fields.end <= len).then_some((code, fields)))
     }
 
-    /// Finds the channels of a file without an end. They are only in its chunks, which are searched up to the last one whose messages
-    /// refer to an unknown channel.
+    /// Finds the channels of a file without an end record. They are defined only in its chunks, which are searched from the first to the
+    /// last one whose messages refer to an unknown channel.
     fn find_channels(&mut self) -> Result<(), Unreadable> {
         let unknown = |of: &IndexedFile| of.chunks.iter().rposition(|chunk| chunk.counts.keys().any(|id| !of.channels.contains_key(id)));
         while let Some(last) = unknown(self).filter(|last| *last >= self.looked) {
@@ -443,9 +443,9 @@ impl IndexedFile {
     }
 }
 
-/// Bytes of a chunk before its length, which contain its times.
+/// Size of the part of a chunk that precedes its length and contains its times, bytes.
 const CHUNK_HEAD: u64 = 16;
-/// Times in the head of a chunk whose writer omits them.
+/// Times in a chunk header whose writer left them out.
 const UNSAID: (u64, u64) = (0, 0);
 /// Maximum size of consecutive messages outside chunks that are treated as one chunk, bytes.
 const RUN_MAX: u64 = 1 << 20;

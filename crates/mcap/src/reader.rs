@@ -8,14 +8,14 @@ use std::ops::Range;
 /// A record with content. Indexes, schemas and attachments are skipped.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Record<'a> {
-    /// Messages of `id` from here on belong to this channel. A channel may be repeated.
+    /// Channel to which subsequent messages with this `id` belong. A channel may be repeated.
     Channel {
         id: u16,
         topic: String,
         encoding: String,
         metadata: BTreeMap<String, String>,
     },
-    /// `time` is in ns.
+    /// A message; `time` is in ns.
     Message {
         channel: u16,
         sequence: u32,
@@ -28,12 +28,12 @@ pub enum Record<'a> {
     },
 }
 
-/// Reason why a file cannot be read, or not any further.
+/// Reason why a file cannot be read, or cannot be read further.
 #[derive(Debug, thiserror::Error)]
 pub enum Unreadable {
     #[error("it is not an MCAP file")]
     NoMcap,
-    /// `at` is the offset of the damaged record, bytes.
+    /// The record at byte offset `at` is damaged.
     #[error("it is damaged at byte {at}: {what}")]
     Damaged { at: u64, what: &'static str },
     #[error("it is compressed with '{how}'")]
@@ -42,13 +42,13 @@ pub enum Unreadable {
     File(#[from] io::Error),
 }
 
-/// Reads an MCAP file from `R`, which needs no buffer of its own.
+/// Reads an MCAP file from `R`, which need not be buffered.
 pub struct Reader<R> {
     source: BufReader<R>,
-    /// Offsets of the beginning and the end of the record being read.
+    /// Offsets of the start and end of the record being read.
     begins: u64,
     ends: u64,
-    /// Bytes of the chunk that is being unpacked.
+    /// Compressed bytes of the chunk that is being decompressed.
     packed: Vec<u8>,
     /// Records of the current chunk, or the fields of a record outside chunks, and the read position.
     content: Vec<u8>,
@@ -68,7 +68,7 @@ impl<R: Read> Reader<R> {
     /// Creates a reader.
     ///
     /// # Errors
-    /// Fails with [`Unreadable::NoMcap`] if the source does not begin like an MCAP file, and if reading fails.
+    /// Fails with [`Unreadable::NoMcap`] if the source does not begin like an MCAP file, and with another error if it cannot be read.
     pub fn new(source: R) -> Result<Reader<R>, Unreadable> {
         let mut reader = Reader {
             source: BufReader::with_capacity(BUFFER, source),
@@ -86,7 +86,7 @@ impl<R: Read> Reader<R> {
     /// Returns the next record, or `None` at the end of the data and if the file is cut off.
     ///
     /// # Errors
-    /// Fails if the file cannot be read any further: no records follow an error.
+    /// Fails if the file cannot be read further; no records follow an error.
     pub fn next_record(&mut self) -> Result<Option<Record<'_>>, Unreadable> {
         let found = self.find();
         if found.is_err() {
@@ -102,17 +102,17 @@ impl<R: Read> Reader<R> {
         }
     }
 
-    /// Returns true after the last record of a file that has its end.
+    /// Returns true after the last record of a file that has its end record.
     pub fn is_whole(&self) -> bool {
         self.state == State::Whole
     }
 
-    /// Returns true after the last complete record of a file that lacks its end because its writer was interrupted.
+    /// Returns true after the last complete record of a file that lacks its end record because its writer was interrupted.
     pub fn is_cut_off(&self) -> bool {
         self.state == State::CutOff
     }
 
-    /// Returns code and position in `content` of the next record with content.
+    /// Returns the opcode of the next record that has content, and its position in `content`.
     fn find(&mut self) -> Result<Option<(u8, Range<usize>)>, Unreadable> {
         while self.state == State::Reading {
             if self.taken < self.content.len() {
@@ -145,7 +145,7 @@ impl<R: Read> Reader<R> {
         Ok(None)
     }
 
-    /// Returns code and length of the next record outside chunks, or `None` if the file is cut off.
+    /// Returns the opcode and length of the next record outside chunks, or `None` if the file is cut off.
     fn head(&mut self) -> Result<Option<(u8, u64)>, Unreadable> {
         self.begins = self.ends;
         let is_whole = fill(&mut self.source, HEAD, &mut self.packed)?;
@@ -179,7 +179,7 @@ impl<R: Read> Reader<R> {
     }
 }
 
-/// Unpacks the records of a chunk with these fields into `content`, which is empty. `at` is the offset of the chunk in the file.
+/// Decompresses the records of a chunk with these fields into `content`, which is empty. `at` is the offset of the chunk in the file.
 pub(crate) fn unpack(fields: &[u8], at: u64, content: &mut Vec<u8>) -> Result<(), Unreadable> {
     let damaged = |what| Unreadable::Damaged { at, what };
     let (size, sum, compression, packed) = chunk(Rest(fields)).ok_or_else(|| damaged(SHORT))?;
@@ -203,7 +203,7 @@ pub(crate) fn unpack(fields: &[u8], at: u64, content: &mut Vec<u8>) -> Result<()
     Ok(())
 }
 
-/// Size of a record before its fields, bytes: its code and their length.
+/// Size of a record header, bytes: its opcode and the length of its fields.
 const HEAD: u64 = 9;
 
 /// Maximum length of a record or chunk; a larger value is damage.
@@ -213,13 +213,13 @@ const BUFFER: usize = 1 << 16;
 
 pub(crate) const SHORT: &str = "a record is shorter than its fields";
 
-/// Reads `len` bytes, or to the end, and then returns false. Memory is allocated only for bytes that exist, whatever `len` is.
+/// Reads `len` bytes; returns false if the source ends first. Memory is allocated only for bytes that exist, regardless of `len`.
 fn fill(source: &mut impl Read, len: u64, into: &mut Vec<u8>) -> io::Result<bool> {
     into.clear();
     Ok(source.take(len).read_to_end(into)? as u64 == len)
 }
 
-/// Returns length and checksum of a chunk's records, their compression, and the compressed bytes; `None` if the chunk is too short.
+/// Returns the length and checksum of a chunk's records, their compression, and the compressed bytes; `None` if the chunk is too short.
 fn chunk(mut fields: Rest<'_>) -> Option<(u64, u32, String, &[u8])> {
     let (_first, _last, size, sum, compression, len) = (fields.u64()?, fields.u64()?, fields.u64()?, fields.u32()?, fields.text()?, fields.u64()?);
     Some((size, sum, compression, fields.take(usize::try_from(len).ok()?)?))

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Records of an MCAP file as bytes (mcap.dev/spec): an operation code, a length, and little-endian fields.
+//! Byte layout of the records of an MCAP file (mcap.dev/spec): an opcode, a length, and little-endian fields.
 use std::collections::BTreeMap;
 
-/// First and last bytes of a file.
+/// Magic bytes at the start and end of a file.
 pub(crate) const MAGIC: &[u8; 8] = b"\x89MCAP0\r\n";
 
-/// Code of no record.
+/// Opcode that no record has.
 pub(crate) const NONE: u8 = 0x00;
 pub(crate) const HEADER: u8 = 0x01;
 pub(crate) const FOOTER: u8 = 0x02;
@@ -23,7 +23,7 @@ pub(crate) const METADATA_INDEX: u8 = 0x0d;
 pub(crate) const SUMMARY_OFFSET: u8 = 0x0e;
 pub(crate) const DATA_END: u8 = 0x0f;
 
-/// Fields that are written one after another.
+/// Builder that writes fields consecutively.
 #[derive(Default)]
 pub(crate) struct Fields(pub Vec<u8>);
 
@@ -77,7 +77,7 @@ fn length(len: usize) -> u32 {
     u32::try_from(len).expect("a text or map of a record is far below 4 GiB")
 }
 
-/// Fields that are read one after another; returns `None` if the bytes are exhausted.
+/// Parser that reads fields consecutively. Its methods return `None` if the bytes are exhausted.
 #[derive(Clone, Copy)]
 pub(crate) struct Rest<'a>(pub &'a [u8]);
 
@@ -122,7 +122,7 @@ impl<'a> Rest<'a> {
         Some(map)
     }
 
-    /// Returns the next record: its code, and its fields.
+    /// Returns the next record: its opcode and its fields.
     pub fn record(&mut self) -> Option<(u8, Rest<'a>)> {
         let mut rest = *self;
         let code = rest.u8()?;

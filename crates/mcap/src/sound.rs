@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Detects sound records in a damaged file, and finds the next sound one after damage.
+//! Distinguishes intact records in a damaged file, and finds the next intact record after damage.
 //!
-//! A record has no checksum of its own, except for the content of a chunk. Most records have inner lengths, though, which must agree with
-//! the length in the record's head. A damaged length or code nearly always violates that.
+//! A record has no checksum of its own, except for the content of a chunk. But most records contain inner lengths, which must be
+//! consistent with the length in the record's header. A damaged length or opcode almost always violates this.
 use crate::reader::LEN_MAX;
 use crate::records::{
     ATTACHMENT, ATTACHMENT_INDEX, CHANNEL, CHUNK, CHUNK_INDEX, DATA_END, FOOTER, HEADER, MESSAGE, MESSAGE_INDEX, METADATA, METADATA_INDEX, Rest, SCHEMA,
@@ -13,22 +13,22 @@ use std::io;
 use std::ops::Range;
 use std::os::unix::fs::FileExt;
 
-/// Size of a record before its fields, bytes: its code and their length.
+/// Size of a record header, bytes: its opcode and the length of its fields.
 pub(crate) const HEAD: u64 = 9;
-/// Number of bytes of a chunk, a message or a message index that are checked against the length of the record.
+/// Number of bytes of a chunk, message or message index that are checked for consistency with the record length.
 const PREFIX: u64 = 128;
-/// Maximum size of any other record that is checked, bytes. A longer one is accepted unchecked.
+/// Maximum size of any other record that is checked, bytes. Longer records are accepted unchecked.
 const CHECKED_MAX: u64 = 1 << 20;
-/// Number of bytes that a search reads at once.
+/// Number of bytes that a search reads at a time.
 const WINDOW: u64 = 1 << 16;
-/// First code without a record in the format.
+/// First opcode that is not assigned to a record type.
 const UNKNOWN: u8 = DATA_END + 1;
-/// Number of consecutive records that must be sound if one has too few fields to be distinguished from chance.
+/// Number of consecutive records that must be intact if one of them has too few fields to rule out a chance match.
 const CHAIN: u32 = 3;
-/// Size of one entry of a message index, bytes: time and offset.
+/// Size of a message index entry, bytes: time and offset.
 pub(crate) const INDEX_ENTRY: usize = 16;
 
-/// Returns true if the fields of a record agree with its length. `fields` contains at least the first [`prefix`] bytes of them.
+/// Returns true if the fields of a record are consistent with its length. `fields` contains at least the first [`prefix`] bytes of them.
 pub(crate) fn is_sound(code: u8, fields: &[u8], len: u64) -> bool {
     match code {
         CHUNK => is_chunk(fields, len),
@@ -43,8 +43,9 @@ pub(crate) fn is_sound(code: u8, fields: &[u8], len: u64) -> bool {
     }
 }
 
-/// Returns the code that a record must have by its fields, even if its own code is damaged; `None` if the fields do not agree with its
-/// length. `has_chunks` is true if messages are in chunks, so that a record that looks like an index is not a message.
+/// Returns the opcode that a record must have according to its fields, even if its stored opcode is damaged; `None` if the fields are
+/// inconsistent with its length. `has_chunks` is true if messages are stored in chunks, so that a record that looks like an index is not
+/// a message.
 pub(crate) fn code_of(code: u8, fields: &[u8], len: u64, has_chunks: bool) -> Option<u8> {
     let is_own = is_sound(code, fields, len);
     if is_chunk(fields, len) {
@@ -58,7 +59,7 @@ pub(crate) fn code_of(code: u8, fields: &[u8], len: u64, has_chunks: bool) -> Op
     }
 }
 
-/// Returns true if a record of this code has no inner lengths that have to agree with its own.
+/// Returns true if records with this opcode have no inner lengths that must be consistent with their own length.
 pub(crate) fn is_vague(code: u8) -> bool {
     matches!(code, MESSAGE | ATTACHMENT..=ATTACHMENT_INDEX) || code >= UNKNOWN
 }
@@ -71,12 +72,12 @@ pub(crate) fn prefix(code: u8, len: u64) -> u64 {
     }
 }
 
-/// Returns true if the fields of a record are those of a message index, whatever its code is.
+/// Returns true if the fields of a record are those of a message index, regardless of its opcode.
 fn is_index(fields: &[u8], len: u64) -> bool {
     sized(fields, 2, INDEX_ENTRY).is_some_and(|ends| ends == len)
 }
 
-/// Returns true if the fields of a record are those of a chunk, whatever its code is.
+/// Returns true if the fields of a record are those of a chunk, regardless of its opcode.
 pub(crate) fn is_chunk(fields: &[u8], len: u64) -> bool {
     let mut rest = Rest(fields);
     let packed = rest.take(28).and_then(|_| rest.text()).and_then(|_| rest.u64());
@@ -91,7 +92,7 @@ fn sized(fields: &[u8], skip: usize, entry: usize) -> Option<u64> {
     len.is_multiple_of(entry).then_some((skip + 4 + len) as u64)
 }
 
-/// Returns the number of bytes after all fields of a record, or `None` if it is too short for them.
+/// Returns the number of bytes that remain after the last field of a record, or `None` if the record is too short for its fields.
 fn has_all(code: u8, mut rest: Rest<'_>) -> Option<usize> {
     match code {
         HEADER => {
@@ -129,9 +130,9 @@ fn has_all(code: u8, mut rest: Rest<'_>) -> Option<usize> {
     Some(rest.0.len())
 }
 
-/// Returns the offset and code of the first sound record at or after `from`. Positions within `known` chunks are skipped: they may
-/// contain bytes of another file. If `has_chunks` is true, channels and messages are skipped: they are in chunks, perhaps in the very one
-/// that is damaged.
+/// Returns the offset and opcode of the first intact record at or after `from`. Positions within `known` chunks are skipped, because
+/// chunks may contain bytes of another file. If `has_chunks` is true, channels and messages are skipped, because they belong to chunks,
+/// possibly to the damaged one.
 pub(crate) fn next_sound(file: &File, from: u64, len: u64, known: &[Range<u64>], has_chunks: bool) -> io::Result<Option<(u64, u8)>> {
     let (mut at, mut window, mut begins) = (from, Vec::new(), 0);
     while at + HEAD <= len {
@@ -160,7 +161,7 @@ pub(crate) fn next_sound(file: &File, from: u64, len: u64, known: &[Range<u64>],
     Ok(None)
 }
 
-/// Returns true if a record begins at an offset, judging by its fields and those of the records after it.
+/// Returns true if a record begins at an offset, judging by its fields and the records after it.
 pub(crate) fn is_record(file: &File, at: u64, len: u64, before: u32) -> io::Result<bool> {
     if at + HEAD > len {
         return Ok(false);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tests that a written file can be read, a truncated one up to its cut, and that a damaged one yields nothing that was not written.
+//! Tests that a written file can be read completely, that a truncated file can be read up to the cut, and that a damaged file yields
+//! nothing that was not written.
 use crate::records::{CHUNK, CHUNK_INDEX, DATA_END, FOOTER, Fields, MAGIC, Rest};
 use crate::sound::HEAD;
 use crate::{Reader, Record, Schema, Unreadable, Writer};
@@ -25,7 +26,7 @@ enum WrittenRecord {
         name: String,
         texts: BTreeMap<String, String>,
     },
-    /// Not a record: the chunk is finished.
+    /// Not a record; marks where the chunk is finished.
     Chunk,
 }
 
@@ -54,7 +55,7 @@ fn written() -> impl Strategy<Value = WrittenRecord> {
 }
 
 /// Creates a file with these records. Returns the file, the expected output of its reader, and the end of each chunk with the number of
-/// records up to it.
+/// records up to that point.
 fn file(of: &[WrittenRecord]) -> (Vec<u8>, Vec<WrittenRecord>, Vec<(usize, usize)>) {
     let schema = Schema { name: "form".to_owned(), encoding: "jsonschema", text: "{}".to_owned() };
     let mut writer = Writer::new(Vec::new(), "tests").expect("memory has room");
@@ -86,7 +87,7 @@ fn file(of: &[WrittenRecord]) -> (Vec<u8>, Vec<WrittenRecord>, Vec<(usize, usize
     (writer.into_sink(), expected, ends)
 }
 
-/// Returns the messages of a file up to its end or its damage, and its state: whole, cut off, or the error.
+/// Returns the messages of a file up to its end or its damage, and its state: complete, cut off, or the error.
 fn read(bytes: &[u8]) -> (Vec<WrittenRecord>, Result<bool, Unreadable>) {
     let mut found = Vec::new();
     let mut reader = match Reader::new(bytes) {
@@ -115,7 +116,7 @@ fn read(bytes: &[u8]) -> (Vec<WrittenRecord>, Result<bool, Unreadable>) {
     }
 }
 
-/// Returns a file with the records of `compressed`, whose chunks are recreated from their content by `chunk`.
+/// Returns a file with the records of `compressed`, in which `chunk` recreates the chunks from their content.
 pub(crate) fn with_chunks(compressed: &[u8], chunk: impl Fn(&[u8]) -> Vec<u8>) -> Vec<u8> {
     let (mut rest, mut out) = (Rest(&compressed[MAGIC.len()..]), MAGIC.to_vec());
     while let Some((code, mut fields)) = rest.record() {
@@ -159,7 +160,7 @@ fn message(channel: u16, data: &[u8]) -> WrittenRecord {
     WrittenRecord::Message { channel, sequence: 7, time: 9, data: data.to_vec() }
 }
 
-/// Creates three chunks and two records of metadata.
+/// Creates a file with three chunks and two metadata records.
 fn example() -> (Vec<u8>, Vec<WrittenRecord>, Vec<(usize, usize)>) {
     let channel = WrittenRecord::Channel { id: 0, topic: "/here".to_owned(), encoding: "json".to_owned(), metadata: BTreeMap::new() };
     let told = |name: &str| WrittenRecord::Metadata { name: name.to_owned(), texts: [("by".to_owned(), "us".to_owned())].into() };

@@ -26,22 +26,22 @@ impl Chunk {
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Schema {
     pub name: String,
-    /// Language of `text`, such as `jsonschema`.
+    /// Schema language of `text`, such as `jsonschema`.
     pub encoding: &'static str,
     pub text: String,
 }
 
-/// Writes an MCAP file to `W`, which needs no buffer: chunks are written as a whole, and `W` is flushed after each.
+/// Writes an MCAP file to `W`, which need not be buffered: chunks are written as a whole, and `W` is flushed after each.
 ///
-/// If a call fails, nothing more can be written: `W` then ends with an incomplete record after [`Writer::position`].
+/// If a call fails, no more data can be written: `W` then ends with an incomplete record after [`Writer::position`].
 pub struct Writer<W: Write> {
     sink: W,
     position: u64,
     chunk: Chunk,
-    /// Chunk of the channels that are kept apart.
+    /// Chunk for the channels that are kept separate.
     chunk_apart: Chunk,
     apart: HashSet<u16>,
-    /// Numbers of the schemas.
+    /// IDs of the schemas.
     schemas: HashMap<Schema, u16>,
     /// Every schema and channel as a record, for the summary, and for repetition.
     described: [Vec<u8>; 2],
@@ -50,7 +50,7 @@ pub struct Writer<W: Write> {
     /// True if the next chunk of values repeats all schemas and channels.
     repeats: bool,
     channels: u16,
-    /// `None` if there are too many.
+    /// Indexes of all chunks; `None` if there are too many.
     chunk_indexes: Option<Vec<u8>>,
     chunks: u32,
     metadata_indexes: Vec<u8>,
@@ -63,7 +63,7 @@ impl<W: Write> Writer<W> {
     /// Starts a file. `library` identifies the writer.
     ///
     /// # Errors
-    /// Fails if the sink fails, as every other call does.
+    /// Fails if the sink fails, as do all other calls.
     pub fn new(sink: W, library: &str) -> io::Result<Writer<W>> {
         let mut writer = Writer {
             sink,
@@ -89,7 +89,7 @@ impl<W: Write> Writer<W> {
         Ok(writer)
     }
 
-    /// Adds a channel; returns its number, or `None` if the file has no numbers left. `encoding` is that of its messages.
+    /// Adds a channel; returns its ID, or `None` if the file has no IDs left. `encoding` is the encoding of its messages.
     pub fn channel(&mut self, topic: &str, encoding: &str, schema: Option<&Schema>, metadata: &BTreeMap<String, String>) -> Option<u16> {
         let schema = schema.map_or(Some(0), |schema| self.schema(schema))?;
         self.channels = self.channels.checked_add(1)?;
@@ -113,8 +113,8 @@ impl<W: Write> Writer<W> {
         fields().record(code, &mut self.described[which]);
     }
 
-    /// Puts messages of a channel into separate chunks, shared with other such channels: their readers need not read anything else. Must
-    /// be called before the channel's first message.
+    /// Stores messages of a channel in separate chunks, shared with other such channels, so that their readers need not read the other
+    /// chunks. Must be called before the channel's first message.
     pub fn set_apart(&mut self, channel: u16) {
         self.apart.insert(channel);
     }
@@ -140,17 +140,18 @@ impl<W: Write> Writer<W> {
         records.extend(data);
     }
 
-    /// Returns true if a chunk is large enough to be finished: a larger one compresses no better.
+    /// Returns true if a chunk is large enough to be finished; a larger chunk would not compress better.
     pub fn is_full(&self) -> bool {
         [&self.chunk, &self.chunk_apart].into_iter().any(Chunk::is_full)
     }
 
-    /// Returns true while a chunk that is being filled contains messages of a channel.
+    /// Returns true if a chunk that is being filled contains messages of a channel.
     pub fn is_filling(&self, channel: u16) -> bool {
         [&self.chunk, &self.chunk_apart].into_iter().any(|chunk| chunk.index.contains_key(&channel))
     }
 
-    /// Returns the number of bytes written: a whole number of records. Up to here the file can be read, whatever happens to its writer.
+    /// Returns the number of bytes written, which are complete records. The file can be read up to this position whatever happens to its
+    /// writer.
     pub fn position(&self) -> u64 {
         self.position
     }
@@ -160,7 +161,7 @@ impl<W: Write> Writer<W> {
         self.sink
     }
 
-    /// Writes the chunks to the sink, each as a whole, with the index of its messages; writes nothing if both are empty.
+    /// Writes the chunks to the sink, each as a whole with the index of its messages; does nothing if both are empty.
     pub fn finish_chunk(&mut self) -> io::Result<()> {
         self.finish_values()?;
         let chunk = std::mem::take(&mut self.chunk_apart);
@@ -168,7 +169,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Writes only full chunks. The separate chunk stays if it is not full: its messages are few, and are kept together in this way.
+    /// Writes only full chunks. The separate chunk is kept if it is not full, so that its few messages stay together.
     pub fn finish_full(&mut self) -> io::Result<()> {
         if self.chunk_apart.is_full() { self.finish_chunk() } else { self.finish_values() }
     }
@@ -187,7 +188,7 @@ impl<W: Write> Writer<W> {
         Ok(())
     }
 
-    /// Writes a chunk and returns it empty, to reuse its memory.
+    /// Writes a chunk and returns it empty, so that its memory can be reused.
     fn finished(&mut self, mut chunk: Chunk) -> io::Result<Chunk> {
         if chunk.records.is_empty() {
             return Ok(chunk);
@@ -231,7 +232,7 @@ impl<W: Write> Writer<W> {
         Ok(chunk)
     }
 
-    /// Writes a record of metadata after the chunk, which it forces to the sink.
+    /// Writes the chunks to the sink, followed by a metadata record.
     pub fn metadata(&mut self, name: &str, texts: &BTreeMap<String, String>) -> io::Result<()> {
         self.finish_chunk()?;
         let (start, mut out) = (self.position, Vec::new());
@@ -242,7 +243,7 @@ impl<W: Write> Writer<W> {
         self.sink.flush()
     }
 
-    /// Writes the end of the file: the summary after the last chunk. This must be the last call.
+    /// Writes the end of the file: the summary, after the last chunk. Must be the last call.
     pub fn finish(&mut self) -> io::Result<()> {
         self.finish_chunk()?;
         let mut out = Vec::new();
@@ -287,8 +288,8 @@ impl<W: Write> Writer<W> {
 
 /// Size of a chunk before compression, bytes.
 const CHUNK_SIZE: usize = 1 << 20;
-/// Maximum size of the index of all chunks, which stays in memory until the end, bytes: enough for days at one chunk a second, for an
-/// hour at a hundred. A longer file has no index, and tools read it from its beginning.
+/// Maximum size of the index of all chunks, bytes, which stays in memory until the end: enough for days at one chunk a second, and for an
+/// hour at a hundred. A longer file has no index, and tools read it from the beginning.
 const INDEXES_MAX: usize = 32 << 20;
 const COMPRESSION: &str = "lz4";
 /// Size of a message's fields before its data, bytes: channel, sequence, two times.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Application of a verb: turns a verb and its arguments into a plan by binding, placing, relating and ordering its blocks.
+//! Application of a verb: converts a verb and its arguments to a plan by binding, placing, relating and ordering its blocks.
 mod activations;
 mod activity;
 mod arguments;
@@ -27,7 +27,7 @@ pub(crate) use rehearse::StandIns;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-/// Applies the verb that `application` names: checks it, and returns the plan of an instance.
+/// Applies the verb named by `application`: checks it, and returns the plan of an instance.
 ///
 /// # Errors
 /// Returns all mistakes in the order in which they are found.
@@ -72,7 +72,7 @@ impl CheckedVerb {
 pub(crate) enum GroupBinding<'a> {
     /// A cell of the instance.
     Private,
-    /// One SVV, or one for each element (`each`).
+    /// One SVV, or one SVV per element (`each`).
     Svvs(Vec<(&'a str, &'a Svv)>),
     Channel {
         device: &'a str,
@@ -89,7 +89,7 @@ pub(crate) struct Draft<'a> {
     /// Devices of each object, in the order of the verb's objects.
     pub objects: Vec<Vec<&'a str>>,
     pub sizes: Vec<Option<u32>>,
-    /// Inferred units of items that are declared by the units of others, as far as known: for each block, (item, unit).
+    /// Inferred units of items that are declared in terms of other items' units, if known: for each block, (item, unit).
     pub units: Vec<Vec<(usize, String)>>,
     pub cells: Vec<PlannedCell>,
     /// True if a cell is not constant.
@@ -97,7 +97,7 @@ pub(crate) struct Draft<'a> {
     pub svv_cells: HashMap<SvvId, CellIndex>,
     pub channel_cells: HashMap<(&'a str, usize), CellIndex>,
     pub blocks: Vec<PlannedBlock>,
-    /// Cells of the elements of array ports that are bound element by element, during binding and afterwards.
+    /// Cells of the elements of array ports that are bound element by element; filled during binding and used afterwards.
     pub gathered: BTreeMap<Port, BTreeMap<usize, CellIndex>>,
     pub elements: BTreeMap<Port, BTreeMap<usize, CellIndex>>,
     pub remarks: Vec<Remark>,
@@ -125,7 +125,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Fails if anything has been refused so far, because later steps depend on it.
+    /// Fails if there are any refusals so far, because later steps depend on the earlier ones.
     fn stop(&mut self) -> Result<(), Refusals> {
         if self.refusals.is_empty() { Ok(()) } else { Err(std::mem::take(&mut self.refusals)) }
     }
@@ -135,7 +135,7 @@ impl<'a> Draft<'a> {
         self.refusals.push(Refusal::new(class, message).remedy(remedy).at(place).at(&self.checked.place));
     }
 
-    /// Refuses as [`Draft::refuse`] does, and names the parts of the definition concerned, the main one first.
+    /// Refuses as [`Draft::refuse`] does, and names the parts of the definition that are concerned, the main one first.
     pub fn refuse_at(&mut self, class: Class, message: String, remedy: &str, place: &Option<SourceLocation>, about: impl IntoIterator<Item = Where>) {
         self.refuse(class, message, remedy, place);
         self.mark(about);
@@ -156,7 +156,7 @@ impl<'a> Draft<'a> {
         self.flat(block).kind.layout(item, self.sizes[block])
     }
 
-    /// Returns `output 'servo.effort' (double[6], N.m)`.
+    /// Describes a port for messages: `output 'servo.effort' (double[6], N.m)`.
     pub fn described(&self, port: Port) -> String {
         let item = self.flat(port.0).kind.item(port.1);
         let type_text = self.layout(port).map_or_else(|| item.type_text.clone(), |layout| layout.text.clone());

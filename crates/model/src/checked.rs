@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checked verbs: a verb that was entered in a system has its definition checked and flattened once, and can then be applied any number
-//! of times.
+//! Checked verbs: the definition of a verb that is added to a system is checked and flattened once, after which it can be applied any
+//! number of times.
 //!
-//! Keep one for each verb, made by [`CheckedVerb::new`] when the verb (or a block or device type that it uses) is defined, and apply it
-//! with [`CheckedVerb::apply`]. [`crate::apply`] makes a new one each time.
+//! Keep one for each verb, created by [`CheckedVerb::new`] when the verb (or a block or device type that it uses) is defined, and apply
+//! it with [`CheckedVerb::apply`]. [`crate::apply`] creates a new one each time.
 use crate::conditions::{self, CheckedCondition};
 use crate::configuration::Configuration;
 use crate::conformity;
@@ -50,7 +50,7 @@ pub struct CheckedVerb {
     pub(crate) driven: Vec<bool>,
 }
 
-/// Returns all refusals of a verb's definition. The verb may be entered if there are none.
+/// Returns all refusals of a verb's definition. The verb may be added if there are none.
 pub fn check_verb(verb: &Verb, configuration: &Configuration) -> Refusals {
     CheckedVerb::new(verb, configuration).err().unwrap_or_default()
 }
@@ -87,7 +87,7 @@ impl CheckedVerb {
         if flat.refusals.is_empty() { Ok(checked) } else { Err(flat.refusals) }
     }
 
-    /// Returns as much of a verb as can be resolved, even if it is wrong. The refusals and labels are in `flat`.
+    /// Resolves as much of a verb as possible, even if it contains mistakes. The refusals and labels are in `flat`.
     pub(crate) fn sketch<'a>(flat: &mut Flat<'a>, verb: &'a Verb) -> CheckedVerb {
         flat.is_composed = !verb.parts.is_empty();
         flat.add("", &verb.blocks, no_divides(), 1);
@@ -151,7 +151,7 @@ impl CheckedVerb {
         }
     }
 
-    /// Returns the group that a data item is bound to.
+    /// Returns the group to which a data item is bound.
     pub(crate) fn group(&self, (block, item): Port) -> Option<usize> {
         self.group_of[block][item].map(|group| group as usize)
     }
@@ -206,7 +206,7 @@ pub(crate) fn group_of(blocks: &[FlatBlock], groups: &[Group]) -> Vec<Vec<Option
     group_of
 }
 
-/// Returns the first non-constant synchronous input of each block: the block runs only when that input has a new value.
+/// Returns the first non-constant synchronous input of each block: the block runs only when this input has a new value.
 fn drivers(blocks: &[FlatBlock], groups: &[Group], group_of: &[Vec<Option<u32>>]) -> Vec<Option<usize>> {
     let driver = |(at, block): (usize, &FlatBlock)| {
         (0..block.kind.interface.items.len()).find(|item| {

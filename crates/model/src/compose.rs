@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Composition: unites several verbs into one by the union of their components and an augmented τ. The result is an ordinary verb.
 //!
-//! Blocks, cells and lists carry the label of their part; parameters, outputs, objects and conditions of the same name are merged. The
-//! values that a condition returns, and the place where an output is read, belong to the part that ends: ν and ω of a composed verb have
-//! one line per part.
+//! Blocks, cells and lists carry the label of their part; parameters, outputs, objects and conditions with the same name are merged. The
+//! values that a condition returns, and the port from which an output is read, depend on the part that ends: ν and ω of a composed verb
+//! have one line per part.
 mod conditions;
 mod endings;
 mod form;
@@ -30,15 +30,15 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Step {
-    /// Part, which denotes each of its lists that the condition ends, or a single list: `approach`, `approach.back_off`; or several of
+    /// Part, which stands for each of its lists that the condition ends, or a single list: `approach`, `approach.back_off`; or several of
     /// these.
     #[serde(deserialize_with = "crate::definition::written::one_or_several")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Names"))]
     pub from: Vec<String>,
-    /// Condition, by its name in the composed verb or in the part; absent: every normal end except a halt.
+    /// Condition, by its name in the composed verb or in the part; if absent, every normal end except a halt.
     #[serde(default)]
     pub condition: Option<String>,
-    /// Part, which denotes its initial list, or a single list.
+    /// Part, which stands for its initial list, or a single list.
     pub to: String,
     #[serde(default)]
     pub place: Option<SourceLocation>,
@@ -68,7 +68,7 @@ pub struct Composition {
     pub parts: IndexMap<String, Verb>,
     #[serde(default)]
     pub transitions: Vec<Step>,
-    /// Part or list to begin with; absent: the first part.
+    /// Initial part or list; if absent, the first part.
     #[serde(default)]
     pub initial: Option<String>,
     /// `part.name` → name in the composed verb, for a parameter, object, output or condition.
@@ -77,7 +77,7 @@ pub struct Composition {
     /// `part.input` → fixed value of the input.
     #[serde(default)]
     pub preset: IndexMap<String, Value>,
-    /// Labels of blocks of which all parts use one instance.
+    /// Labels of blocks of which all parts use the same instance.
     #[serde(default)]
     pub share: Vec<String>,
     /// True if the initial lists of all parts are merged into one.
@@ -93,7 +93,7 @@ pub struct Composition {
 /// Returns the verb that a composition defines.
 ///
 /// # Errors
-/// Returns all incompatibilities of the parts at once; each names the parts and a remedy.
+/// Returns all incompatibilities of the parts at once; each names the parts and contains a remedy.
 pub fn compose(composition: &Composition, configuration: &Configuration) -> Result<Verb, Refusals> {
     let mut composing = Composing::new(composition, configuration)?;
     composing.read_references();
@@ -112,7 +112,7 @@ pub fn compose(composition: &Composition, configuration: &Configuration) -> Resu
     checked.map(|_| composing.verb)
 }
 
-/// A composed verb under construction.
+/// A composed verb that is being built.
 struct Composing<'a> {
     of: &'a Composition,
     parts: Vec<PartOf<'a>>,
@@ -155,7 +155,7 @@ impl<'a> Composing<'a> {
         self.refusals.push(Refusal::new(class, message).remedy(remedy).at(place).at(&self.of.place));
     }
 
-    /// Refuses declarations of two parts that exclude each other.
+    /// Refuses contradictory declarations of two parts.
     fn conflict(&mut self, class: Class, message: String, remedy: &str, (first, second): (usize, usize)) {
         let mut refusal = Refusal::new(class, message).remedy(remedy);
         for part in [first, second] {
@@ -165,13 +165,13 @@ impl<'a> Composing<'a> {
         self.refusals.push(refusal.at(&self.of.place));
     }
 
-    /// Returns `part 'approach' and part 'grasp'`.
+    /// Describes two parts for messages: `part 'approach' and part 'grasp'`.
     fn both(&self, first: usize, second: usize) -> String {
         format!("part '{}' and part '{}'", self.parts[first].label, self.parts[second].label)
     }
 }
 
-/// Returns the verb before anything is united: its name and attributes, and its parts with their nested parts.
+/// Returns the verb before anything is merged into it: its name and attributes, and its parts with their nested parts.
 fn empty(of: &Composition, parts: &[PartOf<'_>]) -> Verb {
     let mut known = IndexMap::new();
     for part in parts {

@@ -17,7 +17,7 @@ pub enum SystemCondition {
     Halted,
     /// A block faulted.
     Fault,
-    /// A processor that the verb runs on was lost.
+    /// A processor on which the verb runs was lost.
     ProcessorLost,
     /// A device that the verb uses was lost.
     DeviceLost,
@@ -31,11 +31,11 @@ pub enum SystemCondition {
     TimeLimit,
     /// More releases were skipped than allowed.
     Overrun,
-    /// A ratio value was absent for too long.
+    /// A ratio input received no value for too long.
     Late,
     /// No value arrived from another source for too long.
     LinkLost,
-    /// A joint that the verb uses lost more time at once than allowed.
+    /// A joint that the verb uses had a gap in time that is longer than allowed.
     TimeLost,
 }
 
@@ -72,10 +72,10 @@ pub const SYSTEM: [&str; 8] = [
     SystemCondition::EmergencyStop.name(),
 ];
 
-/// Conditions that request an orderly end. The end reports them even if they first lead to a decelerating list.
+/// Conditions that request an orderly end. The end report contains them even if they first lead to a decelerating list.
 pub const ORDERLY: [&str; 3] = [SystemCondition::Halted.name(), SystemCondition::Aborted.name(), SystemCondition::DeviceDisabled.name()];
 
-/// Conditions that tell a verb to end: the lists they lead to never lead to further work.
+/// Conditions that order a verb to end: the lists to which they lead never lead to further work.
 pub const ENDS: [&str; 6] = [
     SystemCondition::Halted.name(),
     SystemCondition::Aborted.name(),
@@ -102,7 +102,7 @@ pub struct CheckedCondition {
     pub transitions: Vec<(usize, usize)>,
 }
 
-/// Resolves the table of conditions and τ. System conditions that the verb does not name follow its own.
+/// Resolves the condition table and τ. System conditions that the verb does not list are appended.
 pub fn check_conditions(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedCondition> {
     let mut conditions: Vec<CheckedCondition> = Vec::with_capacity(verb.conditions.len());
     for (name, termination) in &verb.conditions {
@@ -122,7 +122,7 @@ pub fn check_conditions(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedConditio
     conditions
 }
 
-/// Returns the lists in which no line of the table has that name; an empty list means all of them.
+/// Returns the lists to which no line of the table with this name applies; an empty list stands for all of them.
 fn lists_without(conditions: &[CheckedCondition], name: &str, count: usize) -> Option<Vec<usize>> {
     let held = |list: &usize| conditions.iter().any(|c| c.planned.name == name && c.planned.holds_in(*list));
     let without: Vec<usize> = (0..count).filter(|list| !held(list)).collect();
@@ -166,8 +166,8 @@ fn check_one(flat: &mut Flat<'_>, verb: &Verb, key: &str, termination: &Terminat
     CheckedCondition { planned, transitions: Vec::new() }
 }
 
-/// Checks that only conditions that end the verb have ν. A condition that has a transition in every list in which it holds returns
-/// nothing, unless it starts an orderly end, which it then reports. A part of a composed verb returns the same values as on its own.
+/// Checks that only conditions that end the verb have ν. A condition that has a transition in every list in which it holds returns no
+/// values, unless it starts an orderly end, which then reports it. A part of a composed verb returns the same values as on its own.
 fn check_returns(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedCondition]) {
     if flat.is_composed {
         return;

@@ -33,9 +33,9 @@ pub struct Source {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Channel {
-    /// `part.channel` or a plain name.
+    /// Name: `part.channel` or a plain name.
     pub name: String,
-    /// True: the channel is written; false: it is read.
+    /// True if the channel is written, false if it is read.
     pub write: bool,
     pub type_text: String,
     pub unit: String,
@@ -64,10 +64,10 @@ pub struct Svv {
     /// Number of values kept.
     #[serde(default)]
     pub history: u32,
-    /// Logical device that the SVV belongs to.
+    /// Logical device to which the SVV belongs.
     #[serde(default)]
     pub device: Option<String>,
-    /// True if several devices share the SVV: it is created with the first of them and deleted with the last.
+    /// True if several devices share the SVV: it is created together with the first of them and deleted with the last.
     #[serde(default)]
     pub shared: bool,
     #[serde(default)]
@@ -81,16 +81,16 @@ pub struct LogicalDevice {
     /// Member → SVV name (`arm.elbow.sensed`).
     pub svvs: IndexMap<String, String>,
     pub parameters: IndexMap<String, Value>,
-    /// Further arguments of the device's own verb (`drive`).
+    /// Additional arguments of the device's own verb (`drive`).
     pub arguments: IndexMap<String, crate::definition::Argument>,
     /// `rtp.name` of the source on which the device's own verb runs.
     #[serde(default)]
     pub source: Option<String>,
     pub enabled: bool,
-    /// Parts of units that this device replaces, in order: (`rad`, `m`) for a prismatic joint.
+    /// Unit parts that this device replaces, in order: (`rad`, `m`) for a prismatic joint.
     #[serde(default)]
     pub units: Vec<(String, String)>,
-    /// Arbitration for a second verb that commands the device, if it differs from the type's.
+    /// Arbitration for a second verb that commands the device, if it differs from that of the type.
     #[serde(default)]
     pub arbitration: Option<Arbitration>,
     #[serde(default)]
@@ -98,22 +98,22 @@ pub struct LogicalDevice {
 }
 
 impl LogicalDevice {
-    /// Returns a unit declared by the type, as it applies to this device.
+    /// Returns a unit declared by the type as it applies to this device.
     pub fn unit(&self, declared: &str) -> String {
         self.units.iter().fold(declared.to_owned(), |unit, (from, to)| unit.replace(from.as_str(), to))
     }
 }
 
-/// Rate at which a writer updates, in one command list.
+/// Rate at which a writer updates in one command list.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Rate {
     /// Updates every `period_ns` of the timers of one host (all timers of a host share its epoch).
     Interval { period_ns: u64 },
-    /// Updates at every n-th occurrence of this source.
+    /// Updates at every n-th trigger of this source.
     Trigger { source: String, every: u32 },
-    /// Updates by `execute` only.
+    /// Updates only when executed by `execute`.
     Once,
 }
 
@@ -122,9 +122,9 @@ pub enum Rate {
 pub struct Writer {
     /// Verb instance, for example `joint_servo#2`.
     pub instance: String,
-    /// Flat label and port: `read.y`.
+    /// Flat label and port, for example `read.y`.
     pub port: String,
-    /// `rtp.name`.
+    /// Source of the writer, as `rtp.name`.
     pub source: String,
     pub mode: Mode,
     /// Rates of the writer in the command lists of its verb.
@@ -133,7 +133,7 @@ pub struct Writer {
     pub place: Option<SourceLocation>,
 }
 
-/// All information that a check may need.
+/// All information that the checks may need.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Configuration {
     pub processors: Vec<String>,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Conditions for starting a verb: values within their ranges, and requirements on its devices. The supervisor checks them before any
-//! start.
+//! Conditions for starting a verb: values must be within their ranges, and its devices must meet the requirements. The supervisor checks
+//! them before every start.
 use crate::configuration::Configuration;
 use crate::definition::{Bound, Verb};
 use crate::flatten::Flat;
@@ -13,7 +13,7 @@ use crate::value::Value;
 use hints::did_you_mean;
 use indexmap::IndexMap;
 
-/// Returns the SVVs whose current values [`settle`] and [`unmet`] need.
+/// Returns the SVVs whose current values are needed by [`settle`] and [`unmet`].
 pub fn asked(plan: &Plan) -> Vec<String> {
     let mut names: Vec<String> = plan.inputs.iter().filter_map(|input| input.range.as_ref()).flat_map(|range| range.counted_from.iter().cloned()).collect();
     for requirement in &plan.requirements {
@@ -28,8 +28,8 @@ pub fn asked(plan: &Plan) -> Vec<String> {
     names
 }
 
-/// Returns the unmet requirements of the devices; the verb may start if there are none. `present` contains the values of the requested
-/// SVVs.
+/// Returns the requirements that the devices do not meet; the verb may start if there are none. `present` contains the values of the
+/// requested SVVs.
 pub fn unmet(plan: &Plan, configuration: &Configuration, present: &IndexMap<String, Value>) -> Refusals {
     let is_true = |member: &PlannedMember| {
         let value = match member {
@@ -51,13 +51,12 @@ pub fn unmet(plan: &Plan, configuration: &Configuration, present: &IndexMap<Stri
         .collect()
 }
 
-/// Returns the value to store for an input parameter with a range: one number for an array is used for all its elements, `"30 %"` is that
-/// fraction of the maximum of each, and quantities are converted to the unit of their device. `None` if the input has no range and is
-/// stored as it is.
+/// Returns the value to store for an input parameter with a range: a single number for an array is used for all elements, `"30 %"` is
+/// that fraction of the maximum of each, and quantities are converted to the unit of their device. `None` if the input has no range and
+/// is stored unchanged.
 ///
 /// # Errors
-/// `OutOfRange` if a value is outside its range; names the device and the range. `ValueRefused` or `UnitMismatch` if it is not
-/// a number.
+/// `OutOfRange` if a value is outside its range; names the device and the range. `ValueRefused` or `UnitMismatch` if it is not a number.
 pub fn settle(input: &PlannedInput, value: &Value, configuration: &Configuration, present: &IndexMap<String, Value>) -> Option<Result<Value, Refusals>> {
     match settle_in_range(input, value, configuration, present) {
         Some(settled) => Some(settled.and_then(|value| within_items(input, &value).map(|()| value).map_err(|r| vec![r]))),
@@ -65,10 +64,10 @@ pub fn settle(input: &PlannedInput, value: &Value, configuration: &Configuration
     }
 }
 
-/// Checks a value against the ranges of the items that it is stored in.
+/// Checks a value against the ranges of the items in which it is stored.
 ///
 /// # Errors
-/// `OutOfRange` with the range, and the unit that was probably meant.
+/// `OutOfRange` with the range, and the unit that was probably intended.
 pub fn within_items(input: &PlannedInput, value: &Value) -> Result<(), Refusal> {
     let what = format!("'{}'", input.name);
     match input.item_ranges.as_slice() {
@@ -99,12 +98,12 @@ fn settle_in_range(input: &PlannedInput, value: &Value, configuration: &Configur
     Some(if refusals.is_empty() { Ok(Value::List(settled)) } else { Err(refusals) })
 }
 
-/// The range of one element.
+/// Range of one element.
 struct Limits {
     least: f64,
     most: f64,
     unit: String,
-    /// Device and parameter that the range comes from.
+    /// Device and parameter from which the range was taken.
     device: Option<String>,
     parameters: Vec<String>,
 }
@@ -117,7 +116,7 @@ impl Limits {
         limits
     }
 
-    /// Returns the limits of one number for several devices: the intersection of their ranges.
+    /// Returns the limits of a number that applies to several devices: the intersection of their ranges.
     fn tightest(range: &PlannedRange, input: &PlannedInput, configuration: &Configuration) -> Limits {
         let count = [&range.least, &range.most].map(|bound| if let PlannedBound::Parameter { devices, .. } = bound { devices.len() } else { 1 });
         let mut all = (0..count[0].max(count[1])).map(|at| Limits::of(range, input, configuration, at));
@@ -176,7 +175,8 @@ impl Limits {
         Err(refusal)
     }
 
-    /// Returns the remedy for a plain number far beyond the range: if it would fit in a smaller unit, that unit was probably meant.
+    /// Returns the remedy for a plain number far outside the range: if it would be within the range in a smaller unit, that unit was
+    /// probably intended.
     fn remedy(&self, value: &Value, given: f64, from: Option<f64>) -> String {
         let range = Range::closed(self.least, self.most);
         let meant = range.meant(given, from.unwrap_or(0.0), &self.unit).filter(|_| is_plain(value));
@@ -184,7 +184,7 @@ impl Limits {
     }
 }
 
-/// Checks that ranges and requirements name existing members of objects.
+/// Checks that ranges and requirements refer to existing members of objects.
 pub(crate) fn check(flat: &mut Flat<'_>, verb: &Verb) {
     for (name, input) in &verb.input_parameters {
         flat.subject = Some(Where::Parameter { parameter: name.clone() });

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Constants of a definition: checks that they fit and that something reads them.
+//! Constants of a definition: checks that each is valid for its item and is read.
 use crate::flatten::{Flat, describe};
 use crate::interface::Kind;
 use crate::refusal::{Class, Refusal, Refusals, Where};
 
-/// Refuses a constant on an input that is bound elsewhere: it would never be read.
+/// Refuses a constant for an input that is bound elsewhere, because it would never be read.
 pub(crate) fn constants_on_bound_inputs(flat: &mut Flat<'_>) {
     for group in flat.groups.iter().filter(|group| group.origin.varies()) {
         for &(block, item) in &group.ports {
@@ -17,7 +17,7 @@ pub(crate) fn constants_on_bound_inputs(flat: &mut Flat<'_>) {
     }
 }
 
-/// Refuses constants that do not fit their items: outside the range, or of another type as far as the size is known.
+/// Refuses constants that are not valid for their items: outside the range, or of the wrong type (to the extent that the size is known).
 pub(crate) fn constants_of_other_types(flat: &mut Flat<'_>) {
     let mut refusals = Refusals::new();
     for block in &flat.blocks {

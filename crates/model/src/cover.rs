@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Names of ports, and the covers ρ and χ: every data node has exactly one binding.
+//! Names of ports, and the covers ρ and χ, in which every data node has exactly one binding.
 use crate::flatten::{Flat, Group, ItemTarget, LabelTarget, Origin, Port};
 use crate::interface::{Kind, Mode};
 use crate::kind::is_data;
@@ -8,7 +8,7 @@ use crate::refusal::{Class, Refusal, SourceLocation};
 use hints::did_you_mean;
 use indexmap::IndexMap;
 
-/// Maximum number of mistakes per definition for which a suggestion is searched.
+/// Maximum number of mistakes per definition for which suggestions are searched.
 const SUGGESTED_MAX: usize = 200;
 
 impl<'a> Flat<'a> {
@@ -55,7 +55,7 @@ impl<'a> Flat<'a> {
         found.map(ItemTarget::Item)
     }
 
-    /// Returns the label that was probably meant. Only the first mistakes are searched, because each search scans all labels.
+    /// Returns the label that was probably intended. Searched only for the first mistakes, because each search scans all labels.
     fn did_you_mean_label(&self, prefix: &str, label: &str) -> String {
         if self.refusals.len() >= SUGGESTED_MAX {
             return String::new();
@@ -103,7 +103,7 @@ impl<'a> Flat<'a> {
         ports
     }
 
-    /// Relaxes modes as declared by `modes=` of a graph or verb.
+    /// Relaxes modes as declared by `modes=` in a graph or verb.
     pub fn relax(&mut self, prefix: &str, modes: &IndexMap<String, Mode>, scope: Option<usize>, place: &Option<SourceLocation>) {
         for (name, mode) in modes {
             let own = scope.and_then(|scope| self.scopes[scope].ports.get(name).cloned());
@@ -143,7 +143,7 @@ impl<'a> Flat<'a> {
         }
     }
 
-    /// Completes the cover: an output that nothing names gets a cell; an input gets a constant or a cell written by input parameters.
+    /// Completes the cover: an unnamed output is assigned a cell; an input is assigned a constant, or a cell written by input parameters.
     pub fn fill(&mut self, inputs: &[Port], in_graph: bool, place: &Option<SourceLocation>) -> Vec<Remark> {
         let mut remarks = Vec::new();
         let mut bound: Vec<Vec<bool>> = self.blocks.iter().map(|b| vec![false; b.kind.interface.items.len()]).collect();

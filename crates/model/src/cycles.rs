@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Cycles of synchronous ports: finds them, names them, and suggests the modes that relax them.
+//! Cycles of synchronous ports: finds and names them, and suggests modes that relax them.
 use crate::flatten::{FlatBlock, Group, Port};
 use crate::interface::{Kind, Mode};
 use crate::order;
@@ -24,7 +24,7 @@ pub(crate) fn synchronous_cycle(blocks: &[FlatBlock], groups: &[Group], group_of
     Some(cycle_refusal(&labels, &modes_of(&blocks[first], &relaxed), place))
 }
 
-/// Returns the `modes=` text that relaxes these inputs of a block. The modes of a block within a graph are declared by that graph.
+/// Returns the `modes=` text that relaxes these inputs of a block. The modes of a block within a graph are declared in that graph.
 pub(crate) fn modes_of(block: &FlatBlock, items: &[usize]) -> String {
     let relaxed: Vec<String> = items.iter().map(|item| format!("'{}.{}': 'asynchronous'", block.label, block.kind.interface.items[*item].name)).collect();
     if relaxed.is_empty() || block.label.contains('.') { "modes=".to_owned() } else { format!("modes={{{}}}", relaxed.join(", ")) }
@@ -46,7 +46,7 @@ pub(crate) fn is_synchronous_input(blocks: &[FlatBlock], (block, item): Port) ->
     blocks[block].kind.item(item).kind == Kind::Input && blocks[block].mode(item) == Mode::Synchronous
 }
 
-/// Returns the refusal of a cycle. `modes`: text that relaxes one of its inputs.
+/// Returns the refusal of a cycle. `modes` is the text that relaxes one of its inputs.
 pub(crate) fn cycle_refusal(labels: &[&str], modes: &str, place: &Option<SourceLocation>) -> Refusal {
     let path: Vec<String> = labels.iter().chain(labels.first()).map(|label| format!("'{label}'")).collect();
     let about = labels.iter().map(|label| Where::Block { block: (*label).to_owned() });

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Definitions as the programming system sends them: graphs, verbs, logical device types. They are plain values with a JSON form.
+//! Definitions as the programming system sends them: graphs, verbs, logical device types. They are plain values with a JSON
+//! representation.
 //!
-//! Names of ports, conditions and parameters are `label.item`; inside a graph or verb that is used as a block, `label.inner.item`.
+//! Names of ports, conditions and parameters have the format `label.item`; inside a graph or verb that is used as a block,
+//! `label.inner.item`.
 mod devices;
 pub(crate) mod written;
 
@@ -18,7 +20,7 @@ use serde::{Deserialize, Serialize};
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum BlockSource {
-    /// `module.block`.
+    /// Subroutine, as `module.block`.
     Subroutine(String),
     Graph(Box<Graph>),
 }
@@ -30,7 +32,7 @@ pub struct BlockUse {
     #[serde(deserialize_with = "crate::definition::written::one")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::ShortForm<BlockSource>"))]
     pub block: BlockSource,
-    /// Constants for parameters, presets, sizes and inputs of this use (`code.biquad(b0=0.1)`).
+    /// Constants for parameters, presets, sizes and inputs of this block (`code.biquad(b0=0.1)`).
     #[serde(default)]
     pub constants: IndexMap<String, Value>,
     #[serde(default)]
@@ -59,14 +61,14 @@ pub struct Graph {
     /// Relaxed modes: port → mode.
     #[serde(default)]
     pub modes: IndexMap<String, Mode>,
-    /// `divide={"estimator": 5}`: the block runs at 5 T if the graph is activated at T.
+    /// `divide={"estimator": 5}`: the block runs with period 5 T if the graph is activated with period T.
     #[serde(default)]
     pub divide: IndexMap<String, u32>,
     #[serde(default)]
     pub place: Option<SourceLocation>,
 }
 
-/// An object of a verb: one logical device, or (`each`) several of the same type.
+/// An object of a verb: one logical device or, with `each`, several of the same type.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Object {
@@ -86,7 +88,7 @@ pub struct InputParameter {
     pub default: Option<Value>,
     #[serde(default)]
     pub tunable: bool,
-    /// True if the default is the value at every start and no call can override it (`preset=` of a composition).
+    /// True if the default is used at every start and no call can override it (`preset=` of a composition).
     #[serde(default)]
     pub preset: bool,
     #[serde(default)]
@@ -94,10 +96,10 @@ pub struct InputParameter {
     /// Minimum and maximum, checked before a start.
     #[serde(default)]
     pub within: Option<(Bound, Bound)>,
-    /// SVV of an object to which the value is relative: the range applies to their sum (`arm.commanded`, for a relative goal).
+    /// SVV of an object to which the value is relative (`arm.commanded`, for a relative goal): the range applies to their sum.
     #[serde(default)]
     pub counted_from: Option<String>,
-    /// Attribute of an object, `arm.chain`, that the PS looks up if a call omits the input.
+    /// Attribute of an object, such as `arm.chain`, that the PS reads if a call omits the input.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub member: Option<String>,
     /// Name of the PS function that converts user input to the value.
@@ -113,18 +115,18 @@ pub struct InputParameter {
 #[serde(untagged)]
 pub enum Bound {
     Number(f64),
-    /// Parameter of an object, negated if preceded by a minus sign. With several devices, each uses its own.
+    /// Parameter of an object, negated if preceded by a minus sign. If there are several devices, each uses its own parameter.
     Member(String),
 }
 
-/// A property that each device of an object must have when a verb starts.
+/// Property that each device of an object must have when a verb starts.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Requirement {
-    /// Parameter or SVV, such as `arm.needs_home`: the requirement applies only to devices for which it is true.
+    /// Parameter or SVV, such as `arm.needs_home`; the requirement applies only to devices for which it is true.
     #[serde(default)]
     pub when: Option<String>,
-    /// Class of the refusal that is raised.
+    /// Class of the refusal if the requirement is not met.
     pub raises: Class,
     #[serde(default)]
     pub remedy: String,
@@ -146,12 +148,12 @@ pub enum Command {
     Execute {
         block: String,
     },
-    /// Activates a block. `every_ns` is absent for a data-driven block, or for one that runs on the trigger of its source.
+    /// Activates a block. `every_ns` is absent if the block is data-driven or runs on the trigger of its source.
     Activate {
         block: String,
         #[serde(default)]
         every_ns: Option<u64>,
-        /// True if the interval may be changed while the verb runs.
+        /// True if the interval may be changed while the verb is running.
         #[serde(default)]
         tunable: bool,
         #[serde(default)]
@@ -187,25 +189,26 @@ pub struct CommandList {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Termination {
-    /// Block conditions (`label.item`) that it consists of; empty: the system condition of the same name.
+    /// Block conditions (`label.item`) that make up this condition; if empty, the system condition with the same name.
     #[serde(default, deserialize_with = "crate::definition::written::one_or_several")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Names"))]
     pub on: Vec<String>,
-    /// ν: outputs that it returns. Absent: none declared.
+    /// ν: outputs that the condition returns; absent if none is declared.
     #[serde(default, deserialize_with = "crate::definition::written::perhaps_several")]
     #[cfg_attr(feature = "schema", schemars(with = "Option<crate::definition::written::Names>"))]
     pub returns: Option<Vec<String>>,
-    /// True if it raises an exception on the PS. May also be set to the name of the exception class, which only the PS resolves.
+    /// True if the condition raises an exception in the PS. In JSON, may also be the name of the exception class, which only the PS
+    /// resolves.
     #[serde(default, deserialize_with = "crate::definition::written::raised")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::RaiseMark"))]
     pub raises: bool,
-    /// Command lists in which it holds; empty: all. In JSON one name, or several.
+    /// Command lists in which the condition holds (in JSON, one name or several); if empty, all.
     #[serde(default, deserialize_with = "crate::definition::written::one_or_several")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Names"))]
     pub during: Vec<String>,
     #[serde(default)]
     pub priority: i32,
-    /// Code of the alarm that it raises whenever it occurs, whether or not the verb ends.
+    /// Code of the alarm that the condition raises whenever it occurs, whether or not the verb ends.
     #[serde(default)]
     pub alarm: Option<String>,
     #[serde(default)]
@@ -227,7 +230,7 @@ pub struct Transition {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Part {
-    /// Name of the verb that the part was made from.
+    /// Name of the verb from which the part was made.
     pub verb: String,
     /// Command list of the composed verb with which the part begins.
     pub initial: String,
@@ -263,7 +266,7 @@ pub struct Verb {
     #[serde(default, deserialize_with = "crate::definition::written::map")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::WrittenMap<InputParameter>"))]
     pub input_parameters: IndexMap<String, InputParameter>,
-    /// Bool members of objects (SVVs or parameters) that must be true at a start: `arm.homed`.
+    /// Boolean members of objects (SVVs or parameters) that must be true when the verb starts: `arm.homed`.
     #[serde(default, deserialize_with = "crate::definition::written::map")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::WrittenMap<Requirement>"))]
     pub requires: IndexMap<String, Requirement>,
@@ -283,20 +286,21 @@ pub struct Verb {
     /// Relaxed modes: port → mode.
     #[serde(default)]
     pub modes: IndexMap<String, Mode>,
-    /// Parts of a composed verb by label, including nested parts (`pick.approach`). Empty in a verb that is not composed.
+    /// Parts of a composed verb by label, including nested parts (`pick.approach`). Empty if the verb is not composed.
     #[serde(default)]
     pub parts: IndexMap<String, Part>,
-    /// Command list that runs at every end (brakes, a ramp down), except after an emergency stop, a lost processor or a second halt.
+    /// Command list that runs at every end (brakes, a ramp down), except after an emergency stop, the loss of a processor or a second
+    /// halt.
     #[serde(default)]
     pub ending: Option<String>,
-    /// Time limit, ns, of an ending list, of the lists to which τ leads from a disabled device or an abort, and of a suspension that
-    /// waits for its condition; absent: [`ENDING_LIMIT_NS`].
+    /// Time limit, ns, for an ending list, for the lists to which τ leads after a device was disabled or after an abort, and for a
+    /// suspension that waits for its condition; if absent, [`ENDING_LIMIT_NS`].
     #[serde(default)]
     pub ending_limit_ns: Option<i64>,
     #[serde(default)]
     pub suspend: Suspend,
-    /// Reaction of a running instance when the programming system that started it is cut off; absent: an action is halted, and a logical
-    /// device's own verb continues.
+    /// Reaction of a running instance when the programming system that started it is cut off; if absent, an action is halted, and a
+    /// logical device's own verb continues.
     #[serde(default)]
     pub if_cut_off: Option<IfCutOff>,
     #[serde(default)]
@@ -304,13 +308,13 @@ pub struct Verb {
 }
 
 impl Verb {
-    /// Returns the name in reports and τ of the condition or output value with that key: in a composed verb, the key without the label of
-    /// its part.
+    /// Returns the name, in reports and τ, of the condition or output value with this key: in a composed verb, the key without the label
+    /// of its part.
     pub fn reported<'a>(&self, key: &'a str) -> &'a str {
         if self.parts.is_empty() { key } else { key.rsplit('.').next().unwrap_or(key) }
     }
 
-    /// Returns the name of the command list that a start begins with; `None` if the verb does not declare it.
+    /// Returns the name of the command list with which a start begins; `None` if the verb does not declare one.
     pub fn initial_list(&self) -> Option<&str> {
         let mut begins = self.command_lists.keys().map(String::as_str).filter(|name| self.ending.as_deref() != Some(*name));
         match (&self.initial, begins.next(), begins.next()) {
@@ -324,21 +328,22 @@ impl Verb {
 /// Default of `ending_limit`: 10 s.
 pub const ENDING_LIMIT_NS: i64 = 10_000_000_000;
 
-/// Suspension of a verb. JSON: `"idle"`, `"hold"`, `"hold_last"`, `"safe"`, `{"holding": [{"set": "label.input", "until": "label.condition"}]}`.
+/// Suspension of a verb. JSON: `"idle"`, `"hold"`, `"hold_last"`, `"safe"`, or `{"holding": [{"set": "label.input", "until":
+/// "label.condition"}]}`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum Suspend {
-    /// Driving outputs take their idle values; all others keep their last commands.
+    /// Driving outputs take their idle values; all other outputs keep their last commands.
     #[default]
     Idle,
     /// All outputs keep their last commands; refused if one of them is a driving output.
     Hold,
-    /// All outputs keep their last commands, even driving outputs.
+    /// All outputs keep their last commands, including driving outputs.
     HoldLast,
-    /// Output channels that the verb writes take their safe values during the suspension.
+    /// Output channels that the verb writes take their safe values for the duration of the suspension.
     Safe,
-    /// The blocks come to rest first. A composed verb has one entry for each part that declares one.
+    /// The blocks first come to rest. A composed verb has one entry for each part that declares one.
     Holding(Vec<Holding>),
 }
 
@@ -351,11 +356,11 @@ pub enum IfCutOff {
     Continue,
     /// The instance is halted: it follows τ on `halted`, or runs its ending list.
     Halt,
-    /// The outputs of its devices take their safe values at once, and it ends with `aborted`.
+    /// The outputs of the instance's devices take their safe values immediately, and the instance ends with `aborted`.
     Safe,
 }
 
-/// Sets `set`, a bool input or parameter, to true; the verb stops when the condition `until` occurs. Resuming clears `set`. Applies in
+/// Sets `set`, a Boolean input or parameter, to true; the verb stops when the condition `until` occurs. Resuming clears `set`. Applies in
 /// the command lists in which the block of `until` is active.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]

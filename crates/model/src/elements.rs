@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Elements of array ports: `sum.u[1]` is bound like a port, and the array is gathered from its elements, or scattered to them.
+//! Elements of array ports: `sum.u[1]` is bound like a port, and the array is gathered from, or scattered to, its elements.
 use crate::flatten::{Flat, ItemTarget, LabelTarget, Port};
 use crate::refusal::{Class, Refusal, SourceLocation};
 use std::sync::Arc;
@@ -12,7 +12,8 @@ fn split(name: &str) -> Option<(&str, usize)> {
 }
 
 impl Flat<'_> {
-    /// Returns the element of a block or graph that a name denotes; `None` if `item` is not such a name or there is no such port.
+    /// Returns the array element that a name denotes in a block or graph; `None` if `item` is not the name of an element or the port does
+    /// not exist.
     pub(crate) fn element(&mut self, labelled: LabelTarget, item: &str, place: &Option<SourceLocation>) -> Option<ItemTarget> {
         let (port, index) = split(item)?;
         let ports: Vec<Port> = match labelled {
@@ -40,7 +41,7 @@ impl Flat<'_> {
         }
     }
 
-    /// Refuses array ports that have both bound and unbound elements, or that are also bound as a whole.
+    /// Refuses array ports that have both bound and unbound elements, or whose elements are bound in addition to the whole array.
     pub(crate) fn check_elements(&mut self, place: &Option<SourceLocation>) {
         for block in 0..self.blocks.len() {
             let kind = Arc::clone(&self.blocks[block].kind);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ending list and suspension of a verb.
+//! Ending list and suspension of a verb, as checked.
 use crate::conditions::CheckedCondition;
 use crate::definition::{ENDING_LIMIT_NS, Holding, Suspend, Verb};
 use crate::flatten::{Flat, ItemTarget, Port};
@@ -16,12 +16,12 @@ pub enum CheckedSuspend {
     Hold,
     HoldLast,
     Safe,
-    /// Pairs of the port that is set and the condition that is awaited.
+    /// Pairs of the port to set and the condition to wait for.
     Holding(Vec<(Port, Port)>),
 }
 
 impl CheckedSuspend {
-    /// Returns the ports that the supervisor stores into; they need no other cover.
+    /// Returns the ports into which the supervisor stores values; they need no other cover.
     pub fn given(&self) -> Vec<Port> {
         match self {
             CheckedSuspend::Holding(ways) => ways.iter().map(|(set, _)| *set).collect(),
@@ -30,7 +30,7 @@ impl CheckedSuspend {
     }
 }
 
-/// Checks that the ending list exists, that no start begins with it, and that no transition enters or leaves it.
+/// Checks that the ending list exists, that it is not the initial list, and that no transition enters or leaves it.
 pub fn check_ending(flat: &mut Flat<'_>, verb: &Verb, initial: usize) -> PlannedEnding {
     let limit_ns = verb.ending_limit_ns.unwrap_or(ENDING_LIMIT_NS);
     if limit_ns <= 0 {
@@ -62,7 +62,8 @@ pub fn check_ending(flat: &mut Flat<'_>, verb: &Verb, initial: usize) -> Planned
     PlannedEnding { list, limit_ns }
 }
 
-/// Checks a verb's suspension: the stored port is a bool, and the condition does not end the verb in lists in which it may be suspended.
+/// Checks a verb's suspension: the port that is set is a Boolean, and the condition does not end the verb in lists in which it may be
+/// suspended.
 pub fn check_suspend(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedCondition]) -> CheckedSuspend {
     match &verb.suspend {
         Suspend::Idle => CheckedSuspend::Idle,

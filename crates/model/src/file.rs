@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Format of a definition file: graphs, verbs, device types and compositions by name, and items that only files have.
+//! Format of a definition file: graphs, verbs, device types and compositions by name, and items that exist only in files.
 //!
-//! A definition in a file may omit its name, which is its key. A block name without a dot refers to a graph of the same file.
+//! A definition in a file may omit its name, because the key is its name. A block name without a dot refers to a graph in the same file.
 use crate::compose::Step;
 use crate::definition::written::Span;
 use crate::definition::{DeviceType, Graph, Verb};
@@ -9,23 +9,23 @@ use crate::value::Value;
 use indexmap::IndexMap;
 use serde::Deserialize;
 
-/// Value of `format`.
+/// Value of the field `format`.
 pub const FORMAT: &str = "opengpac-definitions";
 
 /// Version of the format.
 pub const VERSION: u32 = 1;
 
-/// A file with definitions.
+/// A file of definitions.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct File {
-    /// `opengpac-definitions`.
+    /// Format of the file: `opengpac-definitions`.
     pub format: String,
     pub version: u32,
-    /// Description for people.
+    /// Human-readable description.
     #[serde(default)]
     pub description: String,
-    /// Code modules that contain the blocks: name → file, relative to this one.
+    /// Code modules that contain the blocks: name → file, relative to the definition file.
     #[serde(default)]
     pub modules: IndexMap<String, String>,
     #[serde(default)]
@@ -38,7 +38,7 @@ pub struct File {
     pub compositions: IndexMap<String, WrittenComposition>,
 }
 
-/// Positions of boxes in an editor, kept unchanged.
+/// Positions of boxes in an editor, preserved unchanged.
 pub type Layout = IndexMap<String, Value>;
 
 /// A definition with its layout.
@@ -57,14 +57,14 @@ pub struct DrawnDefinition<T> {
 pub struct DrawnVerb {
     #[serde(flatten)]
     pub definition: Verb,
-    /// Time limit as in `ending_limit_ns`, with a unit.
+    /// Time limit with a unit, with the same meaning as `ending_limit_ns`.
     #[serde(default)]
     pub ending_limit: Option<Span>,
     #[serde(default)]
     pub layout: Layout,
 }
 
-/// A verb composed of verbs of the same file.
+/// A verb composed of verbs in the same file.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct WrittenComposition {
@@ -84,7 +84,7 @@ pub struct WrittenComposition {
     /// `part.input` → fixed value of the input.
     #[serde(default)]
     pub preset: IndexMap<String, Value>,
-    /// Labels of blocks of which all parts use one instance.
+    /// Labels of blocks of which all parts use the same instance.
     #[serde(default)]
     pub share: Vec<String>,
     /// True if the initial lists of all parts are merged into one.
@@ -96,7 +96,7 @@ pub struct WrittenComposition {
     pub layout: Layout,
 }
 
-/// Returns the JSON Schema of a file. The key of a definition is its name, and unknown properties are refused.
+/// Returns the JSON Schema of a file. The key of a definition is its name; unknown properties are refused.
 #[cfg(feature = "schema")]
 pub fn schema() -> serde_json::Value {
     use serde_json::json;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Flattening: turns nested graphs into one flat list of blocks, each labelled by its path from the outside in: `servo.pid`.
+//! Flattening: converts nested graphs to one flat list of blocks, each labelled by its path from the outermost graph inwards:
+//! `servo.pid`.
 use crate::configuration::Configuration;
 use crate::definition::{BlockSource, BlockUse, Graph};
 use crate::interface::{Kind, Mode};
@@ -12,7 +13,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// An item of a flat block: (block, item).
+/// Item of a flat block: (block, item).
 pub type Port = (usize, usize);
 
 /// One subroutine instance of the flat list.
@@ -23,7 +24,7 @@ pub struct FlatBlock {
     pub constants: Vec<(usize, Value)>,
     /// Effective modes of relaxed items.
     pub modes: Vec<(usize, Mode)>,
-    /// Product of the `divide` of the enclosing graphs.
+    /// Product of the `divide` values of the enclosing graphs.
     pub divide: u32,
     pub place: Option<SourceLocation>,
 }
@@ -62,7 +63,7 @@ pub enum Origin {
     Parameter,
     /// A cell of the verb or a graph.
     Cell,
-    /// An output, or a graph's port, that nothing names.
+    /// An output, or a port of a graph, that is not named in any binding.
     Filled,
     /// Inputs that only input parameters write.
     InputOnly,
@@ -71,7 +72,7 @@ pub enum Origin {
 }
 
 impl Origin {
-    /// Returns true if the data object can change while the verb runs.
+    /// Returns true if the data object may change while the verb is running.
     pub fn varies(self) -> bool {
         !matches!(self, Origin::Constant | Origin::InputOnly)
     }
@@ -91,7 +92,7 @@ pub enum ItemTarget {
     Ports(Vec<Port>),
 }
 
-/// The flat list under construction.
+/// A flat list that is being built.
 pub struct Flat<'a> {
     pub configuration: &'a Configuration,
     pub blocks: Vec<FlatBlock>,
@@ -101,9 +102,9 @@ pub struct Flat<'a> {
     /// Ports covered by a ρ or χ, with the name that covers them.
     pub covered: HashMap<Port, String>,
     pub refusals: Refusals,
-    /// Part of the definition that is being checked, and that refusals refer to.
+    /// Part of the definition that is being checked, to which refusals refer.
     pub subject: Option<Where>,
-    /// True if labels of blocks begin with the label of their part in a composed verb.
+    /// True if block labels begin with the label of their part in a composed verb.
     pub is_composed: bool,
     kinds: HashMap<&'a str, Option<Arc<BlockKind>>>,
 }
@@ -202,7 +203,7 @@ impl<'a> Flat<'a> {
         self.labels.insert(label, LabelTarget::Scope(self.scopes.len() - 1));
     }
 
-    /// Adds a constant of a graph, which sets an inner parameter (`inner.item`) or the inputs behind a port.
+    /// Adds a constant of a graph, which sets an inner parameter (`inner.item`) or the inputs bound to a port.
     fn constant_of_graph(&mut self, prefix: &str, name: &str, value: &Value, place: &Option<SourceLocation>) {
         let scope = self.scopes.len() - 1;
         let ports = match self.scopes[scope].ports.get(name) {
@@ -221,7 +222,7 @@ impl<'a> Flat<'a> {
         }
     }
 
-    /// Closes the scope of a graph whose blocks have been added: its cover, cells, modes, divides.
+    /// Closes the scope of a graph whose blocks have been added: processes its cover, cells, modes and divisors.
     pub fn close_graph(&mut self, prefix: &str, graph: &'a Graph, first: usize, divide: u32, place: &Option<SourceLocation>) {
         for (label, divide) in &graph.divide {
             self.subject = Some(Where::Block { block: format!("{prefix}{label}") });
@@ -264,7 +265,7 @@ impl<'a> Flat<'a> {
         }
     }
 
-    /// Checks that a port of a graph has one mode, like a port of a subroutine: all inputs behind it must have the same.
+    /// Checks that a port of a graph has a single mode, like a port of a subroutine: all inputs bound to it must have the same mode.
     fn one_mode(&mut self, scope: usize, prefix: &str, name: &str, place: &Option<SourceLocation>) {
         let inputs = self.scopes[scope].ports[name].iter().copied().filter(|port| self.item_kind(*port) == Kind::Input);
         let inputs: Vec<(Port, Mode)> = inputs.map(|port| (port, self.blocks[port.0].mode(port.1))).collect();
@@ -309,12 +310,12 @@ impl<'a> Flat<'a> {
         }
     }
 
-    /// Returns true if an input's mode makes it wait for its writer.
+    /// Returns true if the mode of an input makes it wait for its writer.
     pub fn waits(&self, (block, item): Port) -> bool {
         self.item_kind((block, item)) == Kind::Input && self.blocks[block].mode(item) != Mode::Asynchronous
     }
 
-    /// Returns true if an input needs no writer: it has a constant or a default.
+    /// Returns true if an input needs no writer because it has a constant or a default.
     pub fn has_value(&self, (block, item): Port) -> bool {
         let block = &self.blocks[block];
         block.kind.item(item).has_default || block.constants.iter().any(|(at, _)| *at == item)
@@ -324,12 +325,12 @@ impl<'a> Flat<'a> {
         self.blocks[block].kind.item(item).kind
     }
 
-    /// Returns `servo.effort`.
+    /// Returns the name of a port for messages: `servo.effort`.
     pub fn port_name(&self, (block, item): Port) -> String {
         format!("{}.{}", self.blocks[block].label, self.blocks[block].kind.item(item).name)
     }
 
-    /// Returns `output 'servo.effort' (double, N.m)`.
+    /// Describes a port for messages: `output 'servo.effort' (double, N.m)`.
     pub fn described(&self, port: Port) -> String {
         describe(&self.blocks[port.0], port.1)
     }
@@ -349,13 +350,13 @@ impl<'a> Flat<'a> {
         self.push(Refusal::new(class, message).remedy(remedy).at(place).about(parts));
     }
 
-    /// Adds a refusal that also names the part that is being checked.
+    /// Adds a refusal, which then also names the part that is being checked.
     pub fn push(&mut self, refusal: Refusal) {
         self.refusals.push(refusal.about(self.subject.clone()));
     }
 }
 
-/// Returns `output 'servo.effort' (double, N.m)`.
+/// Describes an item of a block for messages: `output 'servo.effort' (double, N.m)`.
 pub fn describe(block: &FlatBlock, item: usize) -> String {
     let item = block.kind.item(item);
     let unit = if item.unit.is_empty() { String::new() } else { format!(", {}", item.unit) };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Form for starting a verb by hand: its objects and instantiation parameters, then its input parameters with their types, units and
+//! Form for starting a verb manually: its objects and instantiation parameters, then its input parameters with their types, units and
 //! ranges.
 use crate::checked::CheckedVerb;
 use crate::definition::Bound;
@@ -9,7 +9,7 @@ use crate::parameters::{CheckedInput, Whose};
 use crate::value::Value;
 use serde::Serialize;
 
-/// Kind of a verb's argument.
+/// Kind of argument of a verb.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -20,11 +20,11 @@ pub enum ArgumentKind {
     Group,
     /// An SVV; for an array port, one SVV per element or one array.
     Svv,
-    /// A channel or a part of a physical device.
+    /// A channel or part of a physical device.
     Channel,
 }
 
-/// An argument for creating an instance.
+/// Argument needed to create an instance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FormArgument {
@@ -32,15 +32,15 @@ pub struct FormArgument {
     pub kind: ArgumentKind,
     /// Type of a device or a group.
     pub of: Option<String>,
-    /// Type of an SVV or channel; empty if the argument has several.
+    /// Type of an SVV or channel; empty if the argument may have several types.
     pub type_text: String,
     pub unit: String,
     pub doc: String,
-    /// Channels of the part that are used.
+    /// Channels that are used, if the argument is a part.
     pub members: Vec<String>,
 }
 
-/// A value passed to a start.
+/// Value passed to a start.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FormInput {
@@ -49,14 +49,14 @@ pub struct FormInput {
     pub unit: String,
     pub doc: String,
     pub default: Option<Value>,
-    /// Number, or parameter of an object, `arm.max_speed`, optionally preceded by a minus sign.
+    /// Number, or parameter of an object, such as `arm.max_speed`, optionally preceded by a minus sign.
     pub minimum: Option<Bound>,
     pub maximum: Option<Bound>,
     /// SVV of an object to which the range is relative.
     pub counted_from: Option<String>,
     /// True if the input has no default.
     pub required: bool,
-    /// True if the value may be changed while the verb runs.
+    /// True if the value may be changed while the verb is running.
     pub tunable: bool,
 }
 

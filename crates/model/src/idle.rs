@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Driving outputs: quantities under which a machine keeps moving although nothing new is commanded, such as an effort, a speed, a power.
+//! Driving outputs: quantities that keep a machine moving although nothing new is commanded, such as an effort, a speed or a power.
 //!
-//! A constant position keeps the machine where it is; so does a constant temperature, pressure or switch. A constant torque accelerates
-//! its load. A driving output therefore has an idle value, which it takes when the verb that writes it is suspended: the safe value of a
-//! channel, or 0 for an SVV that commands a device. An output whose initial value is not 0 is a limit and keeps its value.
+//! A constant position keeps the machine where it is; so does a constant temperature, pressure or switch state. A constant torque
+//! accelerates its load. A driving output therefore has an idle value, which it takes when the verb that writes it is suspended: the safe
+//! value of a channel, or 0 for an SVV that commands a device. An output whose initial value is not 0 is a limit and keeps its value.
 
-/// Driving quantities, with a unit of each.
+/// Driving quantities, each with a unit.
 const DRIVING: [(&str, &str); 15] = [
     ("force", "N"),
     ("torque", "N.m"),
@@ -24,8 +24,8 @@ const DRIVING: [(&str, &str); 15] = [
     ("rate of counts", "counts/s"),
 ];
 
-/// Returns the driving quantity of a unit, `torque` for `kN.m`; `None` if the unit is not one of a driving quantity. If the unit has
-/// alternatives, `N.m|N`, the first counts.
+/// Returns the driving quantity that a unit measures, such as `torque` for `kN.m`; `None` if it is not a driving quantity. If the unit
+/// has alternatives, `N.m|N`, the first one counts.
 pub fn driving(unit: &str) -> Option<&'static str> {
     let kinds = || unit.split('|').filter(|unit| !unit.is_empty());
     kinds().find_map(|unit| DRIVING.iter().find(|(_, of)| crate::quantity::is_same_kind(unit, of)).map(|(quantity, _)| *quantity))

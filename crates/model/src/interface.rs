@@ -41,26 +41,26 @@ pub enum Kind {
     Size,
 }
 
-/// One item of an interface; its index in [`Interface::items`] is its index in the descriptor.
+/// Item of an interface; its index in [`Interface::items`] equals its index in the descriptor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Item {
     pub name: String,
     pub kind: Kind,
     pub mode: Mode,
-    /// C type as declared; empty for a condition without a value.
+    /// C type as declared; empty if the item is a condition without a value.
     pub type_text: String,
     pub unit: String,
     /// Items whose units determine the unit of this item: declared as `=u`, the unit of u, or `=k.u`, the product of both units. `unit`
-    /// is empty then.
+    /// is then empty.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unit_of: Vec<String>,
-    /// Allowed numbers, for an array those of each element: declared after the unit, `rad/s (0, 10]`. If absent, any finite number is
+    /// Allowed numbers (for an array, of each element), declared after the unit as in `rad/s (0, 10]`. If absent, any finite number is
     /// allowed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<Range>,
     pub doc: String,
-    /// An input that may stay unbound.
+    /// True if the input may stay unbound.
     #[serde(default)]
     pub has_default: bool,
     #[serde(default)]
@@ -68,13 +68,14 @@ pub struct Item {
     /// True if the number of elements is the block's size.
     #[serde(default)]
     pub sized: bool,
-    /// Number of last values that an input reads, oldest first; 0 if it reads only the current one. `type_text` is the type of one value.
+    /// Number of most recent values that a history input reads; they are ordered oldest first. 0 if the input reads only the current
+    /// value. `type_text` is the type of a single value.
     #[serde(default)]
     pub history: u32,
-    /// Default of a parameter, preset or defaulted input, as bytes of the type (from the descriptor's image); unused for a size.
+    /// Default of a parameter, preset or defaulted input, as bytes of its type (from the descriptor's image); unused for a size.
     #[serde(default)]
     pub default: Vec<u8>,
-    /// Size item: minimum and maximum n.
+    /// Minimum and maximum n of a size item.
     #[serde(default)]
     pub least: u32,
     #[serde(default)]
@@ -82,7 +83,7 @@ pub struct Item {
 }
 
 impl Item {
-    /// Splits a declared unit into the unit itself, or the items whose product it is, and the range after it.
+    /// Splits a declared unit into the unit itself or the items whose product it is, and the range that follows.
     pub fn declared_unit(text: &str) -> (String, Vec<String>, Option<Range>) {
         let (unit, range) = Range::split(text);
         match unit.strip_prefix('=') {
@@ -96,11 +97,11 @@ impl Item {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Interface {
-    /// `module.block`.
+    /// Name of the block, as `module.block`.
     pub name: String,
     pub doc: String,
     pub items: Vec<Item>,
-    /// Named struct types that items use: name → declaration (`struct { double x; double[4] q; }`).
+    /// Named struct types used by the items: name → declaration (`struct { double x; double[4] q; }`).
     #[serde(default)]
     pub types: IndexMap<String, String>,
     #[serde(default)]

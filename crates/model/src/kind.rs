@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Interfaces with parsed types, prepared for the checks.
+//! Interfaces with parsed types, prepared for checking.
 use crate::interface::{Interface, Item, Kind};
 use crate::quantity::check_unit;
 use crate::refusal::{Class, Refusal};
@@ -11,7 +11,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layout {
     pub read: Type,
-    /// Text of the type, normalised.
+    /// Normalised text of the type.
     pub text: String,
     pub size: usize,
     pub align: usize,
@@ -29,7 +29,7 @@ pub enum Shape {
     /// A condition without a value.
     Nothing,
     Fixed(Arc<Layout>),
-    /// An array of n such elements, where n is the block's size.
+    /// An array of n elements of this type, where n is the size of the block.
     Sized(Arc<Layout>),
 }
 
@@ -39,7 +39,7 @@ pub struct BlockKind {
     pub interface: Interface,
     pub shapes: Vec<Shape>,
     by_name: HashMap<String, usize>,
-    /// Elements of array ports that a definition names, `u[1]`: (port, element). They follow the items of the descriptor.
+    /// Elements of array ports that a definition uses, such as `u[1]`: (port, element). They follow the items of the descriptor.
     elements: Vec<(usize, usize)>,
     /// Item that sets the number of elements.
     pub size_item: Option<usize>,
@@ -49,7 +49,7 @@ impl BlockKind {
     /// Parses the types of an interface.
     ///
     /// # Errors
-    /// Returns every type and every unit that cannot be parsed.
+    /// Returns a refusal for every type and every unit that cannot be parsed.
     pub fn new(interface: &Interface) -> Result<BlockKind, Vec<Refusal>> {
         let mut refusals = Vec::new();
         for item in &interface.items {
@@ -109,18 +109,18 @@ impl BlockKind {
         self.interface.items.len() - 1
     }
 
-    /// Returns the descriptor item that this item is, or is an element of.
+    /// Returns the corresponding item of the descriptor: this item itself, or the array port of which it is an element.
     pub fn whole(&self, item: usize) -> usize {
         self.element_of(item).map_or(item, |(port, _)| port)
     }
 
-    /// Returns the port and element that an item denotes; `None` for an item of the descriptor.
+    /// Returns the port and element that an item denotes; `None` if it is an item of the descriptor.
     pub fn element_of(&self, item: usize) -> Option<(usize, usize)> {
         let own = self.interface.items.len() - self.elements.len();
         item.checked_sub(own).map(|at| self.elements[at])
     }
 
-    /// Returns the elements of a port that the definition names, with their items, in order.
+    /// Returns the elements of a port that the definition uses, with their items, in order.
     pub fn elements_of(&self, port: usize) -> Vec<(usize, usize)> {
         let own = self.interface.items.len() - self.elements.len();
         let named = self.elements.iter().enumerate().filter(|(_, (of, _))| *of == port);
@@ -143,7 +143,7 @@ impl BlockKind {
         }
     }
 
-    /// Returns the type of an item of a block of `size` elements; `None` if it has no value or its size is not known.
+    /// Returns the type of an item in a block of `size` elements; `None` if it has no value or its size is not known.
     pub fn layout(&self, item: usize, size: Option<u32>) -> Option<Arc<Layout>> {
         match &self.shapes[item] {
             Shape::Nothing => None,
@@ -169,12 +169,12 @@ fn shape(interface: &Interface, item: &Item) -> Result<Shape, Refusal> {
     }
 }
 
-/// Returns true if an item is a data node: a port or device that χ and ρ bind.
+/// Returns true if an item is a data node: a port or device that χ or ρ binds.
 pub fn is_data(kind: Kind) -> bool {
     matches!(kind, Kind::Input | Kind::Output | Kind::DeviceRead | Kind::DeviceWrite)
 }
 
-/// Returns the name of a kind of item in messages.
+/// Returns the name of an item kind for messages.
 pub fn kind_name(kind: Kind) -> &'static str {
     match kind {
         Kind::Input => "input",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Command lists of a definition, with names resolved and split into stages at the waits.
+//! Command lists of a definition, with resolved names, split into stages at the waits.
 use crate::definition::{Command, CommandList, Verb};
 use crate::flatten::{Flat, ItemTarget, Port, labelled};
 use crate::interface::Kind;
@@ -8,7 +8,7 @@ use crate::refusal::{Class, SourceLocation, Where};
 use hints::did_you_mean;
 use std::ops::Range;
 
-/// A command with its label resolved to blocks.
+/// A command whose label has been resolved to blocks.
 #[derive(Clone, Debug, PartialEq)]
 pub enum CheckedCommand {
     Install(Vec<Range<usize>>),
@@ -20,10 +20,10 @@ pub enum CheckedCommand {
         label: String,
         blocks: Range<usize>,
         every_ns: Option<u64>,
-        /// True if the interval may be changed while the verb runs.
+        /// True if the interval may be changed while the verb is running.
         tunable: bool,
         budget_ns: Option<u64>,
-        /// Product of the `divide` of the graphs around the label, to which the blocks' own `divide` is relative.
+        /// Product of the `divide` values of the graphs that enclose the label, to which the blocks' own `divide` is relative.
         divide: u32,
     },
     Deactivate(Range<usize>),
@@ -110,7 +110,7 @@ fn wait(flat: &mut Flat<'_>, verb: &Verb, what: &str, conditions: &[String], tim
     Wait::Time(time_ns)
 }
 
-/// Adds the ports of a wait for `label.item`, or for a termination condition, which denotes its block conditions.
+/// Adds the ports of a wait for `label.item`, or for a termination condition, which stands for its block conditions.
 fn wait_for(flat: &mut Flat<'_>, verb: &Verb, what: &str, name: &str, place: &Option<SourceLocation>, ports: &mut Vec<Port>) {
     if let Some(termination) = verb.conditions.get(name) {
         if termination.on.is_empty() {
@@ -132,7 +132,7 @@ fn wait_for(flat: &mut Flat<'_>, verb: &Verb, what: &str, name: &str, place: &Op
     }
 }
 
-/// Returns the condition that `label.item` denotes; if `report` is set, refuses any other name.
+/// Returns the condition that `label.item` denotes; if `report` is true, refuses any other name.
 pub fn condition_port(flat: &mut Flat<'_>, name: &str, place: &Option<SourceLocation>, report: bool) -> Option<Port> {
     let refusals = flat.refusals.len();
     let found = match flat.resolve("", name, place) {
@@ -156,7 +156,7 @@ pub fn condition_port(flat: &mut Flat<'_>, name: &str, place: &Option<SourceLoca
     None
 }
 
-/// Returns the list that a start begins with: the only one (apart from an ending list), or the one that is declared.
+/// Returns the list with which a start begins: the declared one, or else the only list that is not an ending list.
 pub fn initial(flat: &mut Flat<'_>, verb: &Verb) -> usize {
     let names = || verb.command_lists.keys().map(String::as_str);
     let mut begins = verb.command_lists.keys().enumerate().filter(|(_, name)| verb.ending.as_ref() != Some(name));
@@ -185,8 +185,8 @@ pub fn initial(flat: &mut Flat<'_>, verb: &Verb) -> usize {
     }
 }
 
-/// Checks that intervals and `execute` are used only for blocks without synchronous inputs: all others run only when a new value arrives.
-/// `drivers`: the first synchronous input of each block.
+/// Checks that intervals and `execute` are used only for blocks without synchronous inputs, because all others run only when a new value
+/// arrives. `drivers` contains the first synchronous input of each block.
 pub fn check_scheduled(flat: &mut Flat<'_>, lists: &[CheckedList], drivers: &[Option<usize>]) {
     for list in lists {
         flat.subject = Some(Where::List { list: list.name.clone() });

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ranges of the members of a logical device: its parameters, and values that the PS stores into its SVVs.
+//! Ranges of the members of a logical device: its parameters, and the values that the PS stores in its SVVs.
 use crate::definition::{Bound, DeviceType, Within};
 use crate::range::{Range, is_plain, number, plausible};
 use crate::refusal::{Class, Refusal, Refusals};
@@ -8,7 +8,7 @@ use hints::did_you_mean;
 use indexmap::IndexMap;
 
 impl Within {
-    /// Returns the range with the current values of the parameters that define its bounds, and the names of these parameters.
+    /// Returns the range, evaluated with the current values of the parameters that define its bounds, and the names of these parameters.
     pub fn resolve(&self, parameters: &IndexMap<String, Value>) -> (Range, String) {
         let (least, most) = match self {
             Within::Range(range) => return (*range, String::new()),
@@ -41,7 +41,7 @@ fn members(within: &Within) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Checks a value of a device parameter; `parameters` are those of the device, and `unit` is the unit of the value there.
+/// Checks a value of a device parameter. `parameters` are the parameters of the device, and `unit` is the unit of this one.
 ///
 /// # Errors
 /// `OutOfRange` with the range and its origin.
@@ -55,7 +55,7 @@ pub fn check_parameter(of: &DeviceType, device: &str, name: &str, unit: &str, pa
     }
 }
 
-/// Checks the ranges that a device type declares: they must be readable, refer to numeric parameters of the type, and contain its
+/// Checks the ranges declared by a device type: they must be well-formed, refer to numeric parameters of the type, and contain its
 /// defaults.
 ///
 /// # Errors

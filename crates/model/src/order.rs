@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Order of a firing: determined by synchronous edges (hard), then by asynchronous ones (soft) unless they form a cycle, then by
+//! Order of a firing: determined by synchronous edges (hard), then by asynchronous edges (soft) unless they form a cycle, then by
 //! declaration order.
 //!
-//! Everything is linear except for one priority queue.
+//! All steps take linear time except for one priority queue.
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 use std::hash::Hash;
@@ -14,10 +14,10 @@ pub struct SortedOrder {
     pub against: Vec<(usize, usize)>,
 }
 
-/// Sorts `0..count` by the edges (before, after), ties by number.
+/// Sorts `0..count` by the edges (before, after); ties are broken by number.
 ///
 /// # Errors
-/// Returns a cycle of hard edges: each element precedes the next, and the last precedes the first.
+/// Returns a cycle of hard edges, in which each element precedes the next, and the last precedes the first.
 pub fn sort(count: usize, hard: &[(usize, usize)], soft: &[(usize, usize)]) -> Result<SortedOrder, Vec<usize>> {
     let mut edges: Vec<Edge> = Vec::with_capacity(hard.len() + soft.len());
     edges.extend(hard.iter().map(|&(from, to)| Edge { from, to, hard: true }));
@@ -45,8 +45,8 @@ pub fn sort(count: usize, hard: &[(usize, usize)], soft: &[(usize, usize)]) -> R
     Ok(SortedOrder { order, against })
 }
 
-/// Inserts new elements into an existing order, which never changes. Hard edges (before, after) are kept, soft ones if possible;
-/// otherwise a new element is placed as late as possible and after the new elements that precede it in `new`.
+/// Inserts new elements into an existing order, which never changes. Hard edges (before, after) are always respected, soft ones if
+/// possible; subject to that, a new element is placed as late as possible, and after the new elements that precede it in `new`.
 ///
 /// # Errors
 /// Returns the elements of a cycle formed by hard edges and the existing order.
@@ -105,7 +105,7 @@ impl Adjacency {
 }
 
 /// Sorts by Kahn's algorithm, lowest number first. If `component` is not empty, soft edges within a component are dropped when no element
-/// is free. The error holds the elements that could not be placed.
+/// is free. The error contains the elements that could not be placed.
 fn kahn(count: usize, edges: &[Edge], out: &Adjacency, component: &[usize]) -> Result<Vec<usize>, Vec<usize>> {
     let (mut hard, mut soft) = (vec![0_u32; count], vec![0_u32; count]);
     for edge in edges {
@@ -218,7 +218,7 @@ fn cycle(count: usize, hard: &[(usize, usize)]) -> Vec<usize> {
     found
 }
 
-/// Returns a cycle of these edges over `0..count`, if any.
+/// Returns a cycle of these edges on `0..count`, if any.
 pub fn find_cycle(count: usize, edges: &[(usize, usize)]) -> Option<Vec<usize>> {
     sort(count, edges, &[]).err()
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Parameters of a verb with their meanings: instantiation parameters (χ) and input parameters (ψ).
+//! Parameters of a verb and their targets: instantiation parameters (χ) and input parameters (ψ).
 use crate::definition::{Bound, Verb};
 use crate::flatten::{Flat, Group, ItemTarget, Origin, Port};
 use crate::interface::Kind;
@@ -11,7 +11,7 @@ use hints::did_you_mean;
 /// A parsed parameter of a verb, by its owner.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Whose {
-    /// `sensed`.
+    /// A parameter of the verb itself: `sensed`.
     Own,
     /// `arm.commanded`: a member of an object.
     Object { object: String, member: String },
@@ -79,10 +79,10 @@ pub(crate) fn instantiation_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<
     parameters
 }
 
-/// Options of every call in addition to the arguments of its verb, and of `set` in addition to its values.
+/// Options that every call accepts in addition to the arguments of its verb, and `set` in addition to its values.
 const OPTIONS: [&str; 5] = ["time_limit", "overruns", "age_max", "every", "self"];
 
-/// Returns true for words that already have a meaning in a call: its options, and Python keywords.
+/// Returns true if a word already has a meaning in calls: their options, and Python keywords.
 pub(crate) fn is_reserved(name: &str) -> bool {
     const PYTHON: [&str; 35] = [
         "False", "None", "True", "and", "as", "assert", "async", "await", "break", "class", "continue", "def", "del", "elif", "else", "except", "finally",

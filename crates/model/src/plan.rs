@@ -22,15 +22,15 @@ pub type ActivationIndex = usize;
 pub enum CellKind {
     /// An SVV of the system or a device.
     Svv { id: SvvId, name: String },
-    /// Private to the instance: a `cells` entry of the verb, a local cell of a graph, or a cell added for an unnamed port.
+    /// Private to the instance: a `cells` entry of the verb, a local cell of a graph, or a cell created for an unnamed port.
     Private { name: String },
-    /// An input with a default or a constant that nothing else binds.
+    /// An input with a default or a constant and no other binding.
     Constant { name: String },
     /// A channel of a physical device (index into the device's channels).
     Channel { device: String, channel: usize, write: bool },
 }
 
-/// One data object of the instance.
+/// Data object of the instance.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedCell {
@@ -40,9 +40,9 @@ pub struct PlannedCell {
     pub size: usize,
     pub align: usize,
     pub unit: String,
-    /// Value at each start (private, constant), in bytes.
+    /// Initial value at each start (private, constant), in bytes.
     pub initial: Vec<u8>,
-    /// Blocks and items of this plan that write and read the cell.
+    /// Blocks of this plan, with their items, that write and read the cell.
     pub writers: Vec<(BlockIndex, usize)>,
     pub readers: Vec<(BlockIndex, usize)>,
 }
@@ -57,7 +57,7 @@ pub enum Binding {
     Cells(Vec<CellIndex>),
 }
 
-/// Relation of an input to its writer, after relaxing.
+/// Relation of an input to its writer after modes have been relaxed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedPort"))]
@@ -76,42 +76,42 @@ pub struct Bound {
 pub struct PlannedBlock {
     /// Flat label: `servo.pid`.
     pub label: String,
-    /// `module.block`.
+    /// Function block, as `module.block`.
     pub block: String,
-    /// `rtp.name`.
+    /// Source of the block, as `rtp.name`.
     pub source: String,
-    /// n of a sized block.
+    /// Size n of a sized block.
     pub size: Option<u32>,
     /// Values of parameters, presets and sizes that differ from the block's defaults: item → bytes.
     pub values: Vec<(usize, Vec<u8>)>,
     pub bindings: Vec<Bound>,
-    /// Blocks of this plan in the same source that drive its synchronous inputs.
+    /// Blocks of this plan on the same source that drive the block's synchronous inputs.
     pub drivers: Vec<BlockIndex>,
-    /// SVVs from writers outside this plan that drive its synchronous or ratio inputs: (item, SVV name).
+    /// SVVs, written outside this plan, that drive the block's synchronous or ratio inputs: (item, SVV name).
     pub external_drivers: Vec<(usize, String)>,
-    /// Blocks of this plan in other sources that drive its synchronous inputs.
+    /// Blocks of this plan on other sources that drive the block's synchronous inputs.
     pub remote_drivers: Vec<BlockIndex>,
-    /// Activation that the block belongs to. Every block has one; the activation of a block that is only executed is never on.
+    /// Activation to which the block belongs. Every block has one; the activation of a block that is only executed is never active.
     pub activation: ActivationIndex,
     pub place: Option<SourceLocation>,
 }
 
-/// Reason for which an activation that is on becomes due.
+/// Reason for which an active activation becomes due.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedDue"))]
 pub enum Due {
-    /// Due at an interval or trigger: the command that switches it on sets the number of releases of its source.
+    /// Due at an interval or trigger. The command that activates it sets the number of releases of its source.
     Interval,
-    /// Due with these activations of this plan in the same source (behind a ratio output n: every n-th time).
+    /// Due together with these activations of this plan on the same source (behind a ratio output n: every n-th time).
     Driven { by: Vec<(ActivationIndex, u32)> },
     /// Due when values arrive from other sources or other instances (see `PlannedBlock::remote_drivers`, `external_drivers`), and all of
     /// `by` are due.
     Queued { by: Vec<(ActivationIndex, u32)> },
 }
 
-/// Blocks of one source that are always active together at one rate. The sets are maximal, so that a chain that is activated as one also
-/// runs as one.
+/// Blocks on one source that are always active together at the same rate. The sets are maximal, so that a chain that is activated as one
+/// also runs as one.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedActivation {
@@ -119,20 +119,21 @@ pub struct PlannedActivation {
     pub due: Due,
     pub blocks: Vec<BlockIndex>,
     pub budget_ns: Option<u64>,
-    /// True if the interval may be changed while the activation is on.
+    /// True if the interval may be changed while it is active.
     pub tunable: bool,
-    /// Rates in the command lists in which the activation is on (list index, rate), for the relations of later instances.
+    /// Rates in the command lists in which it is active (list index, rate), for the relations of later instances.
     pub rates: Vec<(usize, Rate)>,
 }
 
-/// A command, resolved.
+/// Command of a list, resolved.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum PlannedCommand {
     Install(Vec<BlockIndex>),
-    /// One invocation of each block, in order; for a graph, its blocks without synchronous inputs, followed by the blocks they drive.
+    /// Executes one invocation of each block, in order; for a graph, its blocks without synchronous inputs, followed by the blocks that
+    /// they drive.
     Execute(Vec<BlockIndex>),
-    /// Switches an activation on, at every `every`-th release of its source (1 for driven ones).
+    /// Switches on an activation, at every `every`-th release of its source (1 if driven).
     On {
         activation: ActivationIndex,
         every: u32,
@@ -148,9 +149,9 @@ pub enum PlannedCommand {
 pub enum Wait {
     /// Waits for any of these block conditions (block, item).
     Conditions(Vec<(BlockIndex, usize)>),
-    /// Running time since the stage began.
+    /// Waits until this running time has elapsed since the stage began.
     Time(i64),
-    /// Wait until no instance is active.
+    /// Waits until no instance is active.
     Idle,
 }
 
@@ -159,9 +160,10 @@ pub enum Wait {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedStage {
     pub commands: Vec<PlannedCommand>,
-    /// `None` at the end of the list: the process continues until a condition occurs or nothing is active.
+    /// Wait that ends the stage. `None` at the end of the list, where the process continues until a condition occurs or no instance is
+    /// active.
     pub wait: Option<Wait>,
-    /// Activations that are on after the commands of this stage: (activation, every).
+    /// Activations that are active after the commands of this stage: (activation, every).
     pub active: Vec<(ActivationIndex, u32)>,
 }
 
@@ -172,7 +174,7 @@ pub struct PlannedList {
     pub stages: Vec<PlannedStage>,
     /// τ(this list, condition) = list, as indices.
     pub transitions: Vec<(usize, usize)>,
-    /// Conditions that end the verb in this list because it is already ending, and that would otherwise lead to another list.
+    /// Conditions that would lead from this list to another one, but end the verb instead because it is already ending.
     #[serde(skip)]
     pub cut: Vec<usize>,
     /// Original of this list, if this is the copy that runs while the verb is ending.
@@ -180,21 +182,21 @@ pub struct PlannedList {
     pub copy_of: Option<usize>,
 }
 
-/// A termination condition, resolved. The eight system conditions follow those of the verb unless the verb names them.
+/// A termination condition, resolved. The eight system conditions follow those of the verb unless the verb lists them itself.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedCondition {
     pub name: String,
-    /// Block conditions that it consists of, as (block, item); empty for a system condition.
+    /// Block conditions that make up this condition, as (block, item); empty for a system condition.
     pub on: Vec<(BlockIndex, usize)>,
     /// ν: indices into `outputs`.
     pub returns: Vec<usize>,
-    /// True if the end is normal: no exception (`completed`; `returns` and no `raises`).
+    /// True if the end is normal, that is, raises no exception (`completed`; `returns` and no `raises`).
     pub normal: bool,
     pub priority: i32,
-    /// Lists in which it holds; empty: all. Conditions of the same name have no list in common.
+    /// Lists in which the condition holds; if empty, all. Conditions with the same name have no list in common.
     pub during: Vec<usize>,
-    /// Code of the alarm that it raises.
+    /// Code of the alarm that the condition raises.
     pub alarm: Option<String>,
 }
 
@@ -204,7 +206,7 @@ impl PlannedCondition {
         self.during.is_empty() || self.during.contains(&list)
     }
 
-    /// Returns the condition extended to the copies of the lists in which it holds.
+    /// Returns the condition, extended to the copies of the lists in which it holds.
     pub(crate) fn with_copies(&self, lists: &[PlannedList]) -> PlannedCondition {
         let mut all = self.clone();
         let copies = lists.iter().enumerate().filter(|(_, list)| list.copy_of.is_some_and(|of| self.during.contains(&of)));
@@ -213,18 +215,18 @@ impl PlannedCondition {
     }
 }
 
-/// Storage that a value is written to or read from.
+/// Storage to which a value is written or from which it is read.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedTarget"))]
 pub enum Target {
-    /// Data object bound to a port.
+    /// Data object that is bound to a port.
     Cell(CellIndex),
     /// Value of a parameter or preset.
     Item { block: BlockIndex, item: usize },
-    /// Value that a condition reported last.
+    /// Value that a condition most recently reported.
     Report { block: BlockIndex, item: usize },
-    /// Elements of an array port bound to several cells.
+    /// Elements of an array port that is bound to several cells.
     Cells(Vec<CellIndex>),
 }
 
@@ -233,9 +235,9 @@ pub enum Target {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedOrigin"))]
 pub enum InputOrigin {
-    /// Passed at the start.
+    /// Passed to the start.
     Given,
-    /// Always its default.
+    /// Always the default.
     Preset,
     /// Taken from a parameter of the logical devices that are the verb's object (one value each).
     DeviceParameter { devices: Vec<String>, parameter: String },
@@ -247,24 +249,24 @@ pub enum InputOrigin {
 pub struct PlannedInput {
     pub name: String,
     pub origin: InputOrigin,
-    /// Normalised type, with all struct declarations expanded.
+    /// Normalised type with all struct declarations expanded.
     pub type_text: String,
     pub unit: String,
     pub default: Option<Value>,
     pub tunable: bool,
     pub range: Option<PlannedRange>,
-    /// Ranges of the items that the value is stored in.
+    /// Ranges of the items in which the value is stored.
     pub item_ranges: Vec<Range>,
     pub targets: Vec<Target>,
 }
 
-/// The range of an input parameter, resolved.
+/// Range of an input parameter, resolved.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedRange {
     pub least: PlannedBound,
     pub most: PlannedBound,
-    /// SVVs that the value is relative to, one per device.
+    /// SVVs to which the value is relative, one per device.
     pub counted_from: Vec<String>,
 }
 
@@ -280,7 +282,7 @@ pub enum PlannedBound {
     },
 }
 
-/// A property that one device must have at a start.
+/// Property that one device must have when the verb starts.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedRequirement {
@@ -313,13 +315,13 @@ pub struct PlannedOutput {
     pub target: Target,
 }
 
-/// Ending of the verb, resolved.
+/// Ending behaviour of the verb, resolved.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedEnding {
     /// Index of the ending list.
     pub list: Option<usize>,
-    /// Limit of its running time.
+    /// Limit of the ending list's running time, ns.
     pub limit_ns: i64,
 }
 
@@ -334,7 +336,7 @@ pub enum PlannedSuspend {
     Holding(Vec<PlannedHolding>),
 }
 
-/// Port that is set to true, and the condition (block, item) that is awaited if its block is active.
+/// Port that is set to true, and the condition (block, item) to wait for if its block is active.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedHolding {
@@ -348,7 +350,7 @@ impl PlannedSuspend {
         matches!(self, PlannedSuspend::Idle | PlannedSuspend::Holding(_))
     }
 
-    /// Returns the holdings by which the instance comes to rest; empty if it just stops.
+    /// Returns the holdings that bring the instance to rest; empty if it just stops.
     pub fn holdings(&self) -> &[PlannedHolding] {
         match self {
             PlannedSuspend::Holding(holdings) => holdings,
@@ -357,7 +359,7 @@ impl PlannedSuspend {
     }
 }
 
-/// An object that a start claims.
+/// Object that a start claims.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedClaim"))]
@@ -366,7 +368,7 @@ pub enum Claim {
     Channel { device: String, channel: usize },
 }
 
-/// A remark about an implicit addition or another noteworthy fact: an implied cell, an edge that is a delay.
+/// A remark about an implicit addition or another noteworthy fact, for example an implied cell or an edge that causes a delay.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Remark {
@@ -374,7 +376,7 @@ pub struct Remark {
     pub place: Option<SourceLocation>,
 }
 
-/// A verb with its arguments, ready to be installed.
+/// A verb with its arguments, ready for installation.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Plan {
@@ -382,22 +384,22 @@ pub struct Plan {
     pub blocks: Vec<PlannedBlock>,
     pub cells: Vec<PlannedCell>,
     pub activations: Vec<PlannedActivation>,
-    /// Blocks of each source in firing order: by synchronous edges, then by asynchronous ones unless they form a cycle, then by
-    /// declaration order. (`rtp.name`, blocks).
+    /// Blocks of each source in firing order, as (`rtp.name`, blocks). The order is determined by synchronous edges, then by asynchronous
+    /// ones unless they form a cycle, then by declaration order.
     pub order: Vec<(String, Vec<BlockIndex>)>,
     pub lists: Vec<PlannedList>,
     /// Index of the initial list.
     pub initial: usize,
     pub ending: PlannedEnding,
     pub suspend: PlannedSuspend,
-    /// Reaction when the programming system that started it is cut off, if its verb declares one.
+    /// Reaction of the instance when the programming system that started it is cut off, if its verb declares one.
     pub if_cut_off: Option<IfCutOff>,
     pub conditions: Vec<PlannedCondition>,
     pub inputs: Vec<PlannedInput>,
     pub requirements: Vec<PlannedRequirement>,
     pub outputs: Vec<PlannedOutput>,
     pub claims: Vec<Claim>,
-    /// Arbitration with another holder, for each claim, as declared by the logical device that the claimed object belongs to.
+    /// Arbitration with another holder, for each claim, as declared by the logical device to which the claimed object belongs.
     pub arbitration: Vec<Arbitration>,
     /// Logical devices that must be enabled.
     pub devices: Vec<String>,

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Numbers with units: `"20 ms"`, `"90 deg"`, `"0.5 rad/s"`, `"10 N.m"`, `"30 %"`.
 //!
-//! An angle counts as a dimension of its own, so that `rad/s` and `Hz` are different units.
+//! Angle counts as a separate dimension, so that `rad/s` and `Hz` are different units.
 use crate::refusal::{Class, Refusal};
 use std::f64::consts::PI;
 
 /// Exponents of m, kg, s, A, K, rad, counts, pixels.
 type Dimension = [i8; 8];
 
-/// A unit: one of it equals `multiply / divide` of the coherent SI unit of its dimension. The two factors are kept apart so that 20 ms is
-/// computed as 20 / 1000.
+/// A unit of measurement, equal to `multiply / divide` times the coherent SI unit of its dimension. The two factors are kept separate so
+/// that 20 ms is computed as 20 / 1000.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Unit {
     multiply: f64,
@@ -19,7 +19,7 @@ struct Unit {
 
 const ONE: Unit = Unit { multiply: 1.0, divide: 1.0, dimension: [0; 8] };
 
-/// Symbol, both factors, dimension, and whether it takes prefixes.
+/// Symbol, the two factors, dimension, and whether it accepts prefixes.
 const SYMBOLS: &[(&str, f64, f64, Dimension, bool)] = &[
     ("m", 1.0, 1.0, [1, 0, 0, 0, 0, 0, 0, 0], true),
     ("g", 1.0, 1000.0, [0, 1, 0, 0, 0, 0, 0, 0], true),
@@ -69,13 +69,14 @@ const PREFIXES: &[(&str, f64, f64)] = &[
     ("G", 1e9, 1.0),
 ];
 
-/// Returns true if two units may be bound. An empty unit is unknown and agrees with all; two known ones must be the same unit in any
-/// spelling (`N.m`, `N*m`). `rad|m` is either: a port of a block for both rotary and prismatic joints.
+/// Returns true if ports with these units may be bound to each other. An empty unit is unknown and compatible with any unit; two known
+/// units must be the same, in any spelling (`N.m`, `N*m`). `rad|m` is compatible with both `rad` and `m`, for a port of a block that
+/// supports revolute and prismatic joints.
 pub fn units_agree(a: &str, b: &str) -> bool {
     a.is_empty() || b.is_empty() || a.split('|').any(|a| b.split('|').any(|b| is_same_unit(a, b)))
 }
 
-/// Returns true if two units measure the same kind of quantity, `N.m` and `kN.m`.
+/// Returns true if two units measure the same kind of quantity, such as `N.m` and `kN.m`.
 pub(crate) fn is_same_kind(a: &str, b: &str) -> bool {
     matches!((unit(a), unit(b)), (Some(a), Some(b)) if a.dimension == b.dimension)
 }
@@ -90,11 +91,11 @@ fn is_same_unit(a: &str, b: &str) -> bool {
     }
 }
 
-/// Refuses an unknown unit: two spellings of it would never agree, and a quantity in it could not be read. An empty unit means that it is
-/// not known, and is allowed.
+/// Refuses an unknown unit: two spellings of it would never match, and a quantity in that unit could not be parsed. An empty unit means
+/// that the unit is not known, and is allowed.
 ///
 /// # Errors
-/// `UnitMismatch` with the unit that was probably meant: `N.m` for `Nm`.
+/// `UnitMismatch` with the unit that was probably intended: `N.m` for `Nm`.
 pub fn check_unit(text: &str) -> Result<(), Refusal> {
     if text.contains(['[', '(', ')', ']']) {
         let message = format!("the range after the unit in '{}' cannot be read", text.escape_debug());
@@ -108,7 +109,7 @@ pub fn check_unit(text: &str) -> Result<(), Refusal> {
     }
 }
 
-/// Returns the unit of a product of values in these units, `N.m` for `rad` times `N.m/rad`.
+/// Returns the unit of a product of values in these units: `N.m` for `rad` times `N.m/rad`.
 pub fn product<'a>(units: impl IntoIterator<Item = &'a str>) -> String {
     let (mut above, mut below): (Vec<&str>, Vec<&str>) = (Vec::new(), Vec::new());
     for unit in units {
@@ -126,12 +127,12 @@ pub fn product<'a>(units: impl IntoIterator<Item = &'a str>) -> String {
     if above.is_empty() { format!("1{below}") } else { format!("{}{below}", above.join(".")) }
 }
 
-/// Returns the unit in a quantity's text; `None` for a plain number.
+/// Returns the unit in the text of a quantity; `None` for a plain number.
 pub fn unit_of(text: &str) -> Option<&str> {
     split(text).ok().map(|(_, unit)| unit).filter(|unit| !unit.is_empty())
 }
 
-/// Returns the most likely meaning of an unknown word in a unit: two known units with the dot left out, or else the nearest spelling.
+/// Returns the most likely meaning of an unknown word in a unit: two known units without the dot, or else the closest spelling.
 fn meant(word: &str) -> String {
     let (symbol, _) = exponent(word).unwrap_or((word, 1));
     let cuts = (1..symbol.len()).filter(|at| symbol.is_char_boundary(*at));
@@ -139,12 +140,12 @@ fn meant(word: &str) -> String {
     parts.map_or_else(|| hints::did_you_mean(symbol, SYMBOLS.iter().map(|s| s.0)), |(a, b)| format!("did you mean '{a}.{b}'?"))
 }
 
-/// Returns the number that `text` denotes in the unit `target` (`"90 deg"` in `rad`: 1.57…). A number without a unit is returned as it
-/// is. An empty target is unknown and yields the SI value. If the target has alternatives, `rad|m`, the first of the same dimension is
-/// used.
+/// Returns the number that `text` denotes in the unit `target` (`"90 deg"` in `rad`: 1.57…). A number without a unit is returned
+/// unchanged. An empty target is unknown and yields the SI value. If the target has alternatives, `rad|m`, the first one with the same
+/// dimension is used.
 ///
 /// # Errors
-/// `ValueRefused` if it is not a number or its unit is unknown. `UnitMismatch` if the dimension differs.
+/// `ValueRefused` if the text is not a number or its unit is unknown. `UnitMismatch` if the dimension differs.
 pub fn number_in(text: &str, target: &str) -> Result<f64, Refusal> {
     let (number, symbol) = split(text)?;
     if symbol.is_empty() || symbol == target {
@@ -166,12 +167,11 @@ pub fn number_in(text: &str, target: &str) -> Result<f64, Refusal> {
     }
 }
 
-/// Returns a duration in whole nanoseconds: `"20 ms"`, `"1.5 s"`, `"2 min"`, or the period of a rate, `"1 kHz"`. `what` names the value
-/// in messages.
+/// Returns a duration in whole nanoseconds: `"20 ms"`, `"1.5 s"`, `"2 min"`, or the period of a frequency, `"1 kHz"`. `what` names the
+/// value in messages.
 ///
 /// # Errors
-/// Fails with `ValueRefused` if the unit is missing or the text is not a number, with `OutOfRange` beyond 292 years,
-/// and with `UnitMismatch` if the quantity is not a time.
+/// Fails with `ValueRefused` if the unit is missing or the text is not a number, with `OutOfRange` beyond 292 years, and with `UnitMismatch` if the quantity is not a time.
 pub fn duration_ns(text: &str, what: &str) -> Result<i64, Refusal> {
     let refused = |class, is: &str| Refusal::new(class, format!("{what} '{text}' {is}")).remedy("write, for example, '20 ms'");
     let (_, symbol) = split(text).map_err(|_| refused(Class::ValueRefused, "is not a quantity"))?;
@@ -183,7 +183,7 @@ pub fn duration_ns(text: &str, what: &str) -> Result<i64, Refusal> {
     if ns.abs() < i64::MAX as f64 { Ok(ns.round() as i64) } else { Err(refused(Class::OutOfRange, "is out of range").remedy("give less than 292 years")) }
 }
 
-/// Formats nanoseconds for people: `1.5 ms`.
+/// Formats nanoseconds in a human-readable unit: `1.5 ms`.
 pub fn duration_text(ns: u64) -> String {
     let (scale, symbol) = match ns {
         0 => (1.0, "s"),
@@ -196,7 +196,7 @@ pub fn duration_text(ns: u64) -> String {
     format!("{} {symbol}", ns as f64 / scale)
 }
 
-/// Splits a quantity into its number and the text of its unit.
+/// Splits a quantity into the number and the text of the unit.
 fn split(text: &str) -> Result<(f64, &str), Refusal> {
     let text = text.trim();
     let is_number = |end: &usize| text.is_char_boundary(*end) && text[..*end].trim_end().parse::<f64>().is_ok_and(f64::is_finite);
@@ -228,7 +228,7 @@ fn word_unit(word: &str) -> Option<Unit> {
     symbol_unit(symbol)
 }
 
-/// Parses `kg.m^2/s`, `N*m`, `m/s2`, `1/s`. All factors after a slash divide.
+/// Parses a unit such as `kg.m^2/s`, `N*m`, `m/s2`, `1/s`. All factors after a slash divide.
 fn unit(text: &str) -> Option<Unit> {
     let mut total = ONE;
     for (at, part) in text.split('/').enumerate() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Ranges of values: declared after a unit, `"rad/s (0, 10]"`, and checked wherever a value enters. A refusal suggests the unit that was
-//! probably meant.
+//! probably intended.
 use crate::quantity::number_in;
 use crate::refusal::{Class, Refusal};
 use crate::value::Value;
@@ -9,38 +9,38 @@ pub(crate) use hints::short;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// Maximum of numbers with a unit, unless a narrower range is declared.
+/// Maximum absolute value of numbers with a unit, unless a narrower range is declared.
 const FARTHEST: f64 = 1e15;
 
-/// Maximum coordinates of a goal pose in its frame, m.
+/// Maximum absolute coordinate of a goal pose in its frame, m.
 const POSE_REACH: f64 = 1000.0;
 
-/// Tolerance for the length of a unit quaternion.
+/// Tolerance for the norm of a unit quaternion.
 const LENGTH_TOLERANCE: f64 = 1e-3;
 
-/// Values that an item may have. As text `[0, 1]`, `(0, inf)`, `[pose]`; a round bracket excludes its bound.
+/// Permitted values of an item. As text: `[0, 1]`, `(0, inf)`, `[pose]`; a parenthesis excludes the bound.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(with = "String"))]
 #[serde(try_from = "String", into = "String")]
 pub enum Range {
-    /// The numbers of an interval.
+    /// Numbers in an interval.
     Interval(Interval),
     /// Seven numbers: x, y, z in m, and a unit quaternion w, x, y, z.
     Pose,
 }
 
 impl Range {
-    /// Every finite number.
+    /// Any finite number.
     pub const ANY: Range = Range::closed(f64::NEG_INFINITY, f64::INFINITY);
 
-    /// Returns the range from `least` to `most`, both included.
+    /// Returns the range from `least` to `most`, inclusive.
     pub const fn closed(least: f64, most: f64) -> Range {
         Range::Interval(Interval::closed(least, most))
     }
 
-    /// Splits a declared unit: `"rad/s (0, 10]"` into `rad/s` and its range. A range that cannot be parsed stays in the unit, and
-    /// [`check_unit`](crate::quantity::check_unit) then refuses it.
+    /// Splits a declared unit: `"rad/s (0, 10]"` into `rad/s` and its range. A range that cannot be parsed is left in the unit, which
+    /// [`check_unit`](crate::quantity::check_unit) then refuses.
     pub fn split(declared: &str) -> (&str, Option<Range>) {
         let begin = declared.rfind(['[', '(']).filter(|at| *at == 0 || declared[..*at].ends_with(' '));
         let read = begin.and_then(|at| Some((declared[..at].trim_end(), declared[at..].parse().ok()?)));
@@ -56,7 +56,7 @@ impl Range {
         }
     }
 
-    /// Returns the bounds if the lower one exceeds the upper one or one of them is NaN.
+    /// Returns the bounds if the lower one exceeds the upper one, or if either is NaN.
     pub fn reversed(&self) -> Option<(f64, f64)> {
         match *self {
             Range::Interval(Interval { least, most, .. }) if least > most || least.is_nan() || most.is_nan() => Some((least, most)),
@@ -64,7 +64,7 @@ impl Range {
         }
     }
 
-    /// Returns true if a number is within the range. NaN is in no range.
+    /// Returns true if a number is within the range. NaN is never within a range.
     pub fn contains(&self, number: f64) -> bool {
         match self {
             Range::Interval(interval) => interval.contains(number),
@@ -72,10 +72,10 @@ impl Range {
         }
     }
 
-    /// Checks all numbers of a value whose unit is `unit`. Anything that is not a number is left to its type.
+    /// Checks all numbers of a value whose unit is `unit`. Values that are not numbers are left to the type check.
     ///
     /// # Errors
-    /// `OutOfRange` with `what`, the number, the range, and the suggested meaning.
+    /// `OutOfRange` with `what`, the number, the range, and the value that was probably intended.
     pub fn check(&self, what: &str, unit: &str, value: &Value) -> Result<(), Refusal> {
         match (self, value) {
             (Range::Pose, Value::List(numbers)) if !numbers.iter().any(|n| matches!(n, Value::List(_))) => check_pose(what, numbers),
@@ -94,7 +94,7 @@ impl Range {
         }
     }
 
-    /// Returns the refusal of a number; `whence` names the origin of the bounds.
+    /// Returns the refusal of a number; `whence` describes the origin of the bounds.
     pub fn refusal(&self, what: &str, unit: &str, given: f64, is_plain: bool, whence: &str) -> Refusal {
         let shown = if unit.is_empty() { String::new() } else { format!(" {unit}") };
         let whence = if whence.is_empty() { String::new() } else { format!(" ({whence})") };
@@ -110,8 +110,8 @@ impl Range {
         }
     }
 
-    /// Returns a question for a plain number that is far beyond the range but would fit in a smaller unit: `did you mean '200 mm/s'?`.
-    /// The range applies to the sum of `from` and the number.
+    /// Returns a question for a plain number that is far outside the range but would be within it in a smaller unit: `did you mean '200
+    /// mm/s'?`. The range applies to the sum of `from` and the number.
     pub fn meant(&self, given: f64, from: f64, unit: &str) -> Option<String> {
         let Range::Interval(interval) = self else { return None };
         let (meant, _) = interval.meant(given, from, unit)?;
@@ -119,15 +119,15 @@ impl Range {
     }
 }
 
-/// Returns the default range of numbers in this unit: any finite number if there is no unit.
+/// Returns the default range of numbers in this unit. Without a unit, any finite number is allowed.
 pub fn plausible(unit: &str) -> Range {
     if unit.is_empty() { Range::ANY } else { Range::closed(-FARTHEST, FARTHEST) }
 }
 
-/// Checks a plain number that is an angle of an orientation, in rad: at most one turn in either direction.
+/// Checks a plain number that is an angle of an orientation, rad: at most one turn in either direction.
 ///
 /// # Errors
-/// `OutOfRange` if degrees were probably meant.
+/// `OutOfRange` if degrees were probably intended.
 pub fn check_angle(what: &str, angle: f64) -> Result<(), Refusal> {
     let range = Range::closed(-std::f64::consts::TAU, std::f64::consts::TAU);
     if range.contains(angle) {
@@ -162,7 +162,7 @@ fn listed(numbers: &[f64]) -> String {
     numbers.iter().map(|number| short(*number)).collect::<Vec<_>>().join(", ")
 }
 
-/// Returns a value as a number; `None` if it is not one.
+/// Returns a value as a number; `None` if it is not a number.
 pub(crate) fn number(value: &Value) -> Option<f64> {
     match value {
         Value::Integer(integer) => Some(*integer as f64),
@@ -172,7 +172,7 @@ pub(crate) fn number(value: &Value) -> Option<f64> {
     }
 }
 
-/// Returns true if a value is a number without its own unit.
+/// Returns true if a value is a number without a unit of its own.
 pub(crate) fn is_plain(value: &Value) -> bool {
     number(value).is_some()
 }

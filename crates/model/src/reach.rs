@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reachability of the command lists of a definition. It finds, before anything runs, lists that no transition leads to; waits,
-//! conditions and transitions that no running block can report; and outputs that no list writes.
+//! Reachability of the command lists of a definition. Before the verb runs, this finds lists that no transition leads to; waits,
+//! conditions and transitions that depend on conditions no running block can report; and output values that no list produces.
 use crate::conditions::CheckedCondition;
 use crate::definition::Verb;
 use crate::flatten::{Flat, Port};
@@ -16,7 +16,7 @@ struct Reach<'v> {
     /// Blocks that each list activates or executes.
     runs: Vec<Vec<bool>>,
     reached: Vec<bool>,
-    /// True if a time limit is a condition of the verb: a condition that never occurs is then only a remark, because the verb ends
+    /// True if a time limit is a condition of the verb. A condition that never occurs then only causes a remark, because the verb ends
     /// anyway.
     timed: bool,
 }
@@ -67,7 +67,7 @@ fn mark(command: &CheckedCommand, runs: &mut [bool]) {
     }
 }
 
-/// Returns the lists reachable by transitions from the initial one, and the ending list.
+/// Returns the lists that can be reached from the initial one by transitions, and the ending list.
 fn reached(lists: usize, begins: impl Iterator<Item = usize>, conditions: &[CheckedCondition]) -> Vec<bool> {
     let mut reached = vec![false; lists];
     let mut next: Vec<usize> = begins.collect();
@@ -172,7 +172,7 @@ impl Reach<'_> {
     }
 }
 
-/// Returns `'near.done'`, or several names.
+/// Returns the names of ports for messages: `'near.done'`, or several names.
 fn names(flat: &Flat<'_>, ports: &[Port]) -> String {
     let names: Vec<String> = ports.iter().map(|port| format!("'{}'", flat.port_name(*port))).collect();
     names.join(" or ")

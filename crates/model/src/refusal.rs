@@ -15,25 +15,25 @@ pub struct SourceLocation {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum Class {
-    /// Incompatible parts of a composed verb; the refusal names both.
+    /// Incompatible parts of a composed verb; names both parts.
     CompositionConflict,
-    /// A word, number or structure that cannot be parsed (also a definition of the wrong form).
+    /// A word, number or structure that cannot be parsed (or a definition with the wrong structure).
     DefinitionError,
     /// An unknown block, port, list, condition, parameter, source or device.
     UnknownName,
     TypeMismatch,
     UnitMismatch,
-    /// A data node that is not covered, or covered twice.
+    /// A data node that is not covered or is covered twice.
     CoverError,
-    /// A second writer of an SVV or channel; the refusal names the holder.
+    /// A second writer of an SVV or channel; names the holder.
     SecondWriter,
-    /// Modes, rates, intervals, triggers that cannot hold.
+    /// Modes, rates, intervals or triggers that cannot hold.
     SchedulingError,
     /// A cycle of synchronous ports.
     SynchronousCycle,
     /// No source, two equally suitable sources, or a device on another RTP.
     PlacementError,
-    /// A value that does not fit its type or unit.
+    /// A value that does not match its type or unit.
     ValueRefused,
     /// A value outside its declared range.
     OutOfRange,
@@ -48,21 +48,22 @@ pub enum Class {
     ModuleError,
     DeviceFailed,
     EmergencyStopped,
-    /// An existing item of that name that is in use.
+    /// An existing item with that name, which is in use.
     InUse,
-    /// A role without the permission; a missing, wrong, expired or revoked token; a request from a foreign page.
+    /// The role lacks the permission; the token is missing, wrong, expired or revoked; or the request comes from a page of another
+    /// origin.
     NotAllowed,
-    /// Command is held by another session, or by none; the refusal names the holder.
+    /// Command that is held by another session or by no session; names the holder.
     NotCommanding,
     /// A session that was closed or is considered lost.
     SessionLost,
-    /// A limit on number, size or frequency was exceeded.
+    /// A limit on a number, size or rate that was exceeded.
     LimitExceeded,
     /// A change that must be recorded but cannot be.
     AuditFailed,
 }
 
-/// A part of a definition, as identified by a drawing editor. JSON: `{"block": "filter", "port": "u"}`, `{"transition": ["start",
+/// Part of a definition, as a drawing editor identifies it. JSON: `{"block": "filter", "port": "u"}`, `{"transition": ["start",
 /// "contact"]}`, …
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
@@ -76,7 +77,7 @@ pub enum Where {
     Block {
         block: String,
     },
-    /// A wire: a cell, a port of the graph, an instantiation parameter.
+    /// A wire: a cell, a port of the graph, or an instantiation parameter.
     Cell {
         cell: String,
     },
@@ -102,13 +103,13 @@ pub enum Where {
     Condition {
         condition: String,
     },
-    /// Command list and condition.
+    /// A transition, by its command list and condition.
     Transition {
         transition: (String, String),
     },
 }
 
-/// End of the binding that a refusal is about.
+/// One end of the binding to which a refusal refers.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "RefusalEnd"))]
@@ -131,20 +132,20 @@ pub struct Refusal {
     /// Next step, if known; printed after the message, following a semicolon.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub remedy: String,
-    /// Location to check first: the faulty definition.
+    /// Location to check first: that of the faulty definition.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place: Option<SourceLocation>,
-    /// Parts of the definition concerned, the main one first.
+    /// Parts of the definition that are concerned, the main one first.
     #[serde(default, rename = "where", skip_serializing_if = "Vec::is_empty")]
     pub about: Vec<Where>,
 }
 
-/// Refusals of all mistakes, in the order found. Never empty as an error.
+/// Refusals for all mistakes, in the order found; never empty when returned as an error.
 pub type Refusals = Vec<Refusal>;
 
 impl Refusal {
-    /// Makes a refusal of this class. Control characters in the message are replaced, even in quoted text. Ends, remedy and place are
-    /// added by the methods below.
+    /// Creates a refusal of this class. Control characters in the message are replaced, even in quoted text. The methods below add ends,
+    /// remedy and location.
     pub fn new(class: Class, message: impl Into<String>) -> Refusal {
         Refusal { class, message: printable(message), ends: Vec::new(), remedy: String::new(), place: None, about: Vec::new() }
     }
@@ -155,7 +156,7 @@ impl Refusal {
         self
     }
 
-    /// Adds an end of the binding concerned.
+    /// Adds an end of the binding that is concerned.
     pub fn end(mut self, what: impl Into<String>, place: &Option<SourceLocation>) -> Refusal {
         self.ends.push(End { what: what.into(), place: place.clone() });
         self
@@ -169,7 +170,7 @@ impl Refusal {
         self
     }
 
-    /// Adds parts of the definition concerned.
+    /// Adds parts of the definition that are concerned.
     pub fn about(mut self, parts: impl IntoIterator<Item = Where>) -> Refusal {
         self.about.extend(parts);
         self

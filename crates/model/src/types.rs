@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! C types: the fixed-width integers, `float`, `double`, `bool`, fixed arrays of a type, and structs of those.
+//! C types: the fixed-width integers, `float`, `double`, `bool`, fixed arrays of a type, and structs of these.
 //!
 //! A type is identified by its normalised declaration and its layout. Tags and typedef names are ignored; member names are significant.
 mod codec;
@@ -10,7 +10,7 @@ pub use tree::{TypeForm, TypeTree};
 
 use std::fmt;
 
-/// A number or Boolean type.
+/// A numeric or Boolean type.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Scalar {
     Int8,
@@ -27,7 +27,7 @@ pub enum Scalar {
 }
 
 impl Scalar {
-    /// Returns the name of the scalar in C.
+    /// Returns the C name of the scalar.
     pub const fn name(self) -> &'static str {
         match self {
             Scalar::Int8 => "int8_t",
@@ -92,7 +92,7 @@ impl Type {
         }
     }
 
-    /// Returns the offset of each member of a struct (empty for other types).
+    /// Returns the offset of each member of a struct (empty for any other type).
     pub fn offsets(&self) -> Vec<usize> {
         let Type::Struct(members) = self else { return Vec::new() };
         let mut end = 0;

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Cells that no block writes, and inputs that wait for a value that is never new.
+//! Cells that no block writes, and inputs whose value is never new.
 use crate::flatten::{Flat, Origin, Port};
 use crate::interface::Kind;
 use crate::parameters::CheckedInput;
 use crate::plan::Remark;
 use crate::refusal::{Class, Refusal};
 
-/// Refuses a synchronous or ratio input whose cell is written only by input parameters, or not at all: a stored value does not count as
-/// new.
+/// Refuses a synchronous or ratio input if no block writes its cell. A value stored by an input parameter does not drive the input,
+/// because it does not count as a new value.
 pub(crate) fn undriven(flat: &mut Flat<'_>, inputs: &[CheckedInput]) {
     let groups = flat.groups.iter().filter(|group| group.origin == Origin::InputOnly);
     let ports: Vec<Port> = groups.flat_map(|group| group.ports.iter().copied()).filter(|port| flat.waits(*port)).collect();
@@ -26,7 +26,7 @@ pub(crate) fn undriven(flat: &mut Flat<'_>, inputs: &[CheckedInput]) {
     }
 }
 
-/// Remarks on a cell that no block writes: only input parameters change it.
+/// Remarks on a cell that no block writes, because only input parameters change it.
 pub(crate) fn cells_without_writer(flat: &mut Flat<'_>, given: &[Port]) -> Vec<Remark> {
     let mut remarks = Vec::new();
     for at in 0..flat.groups.len() {

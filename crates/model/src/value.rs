@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values as people write them, before a type determines their bytes.
+//! Values in the form in which people write them, before a type determines their bytes.
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-/// A value of a parameter, preset, SVV or output. JSON uses the corresponding native form.
+/// A value of a parameter, preset, SVV or output. In JSON, it has the corresponding native representation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(transform = or_null))]
@@ -22,7 +22,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// Describes the value in words for messages.
+    /// Describes the value for messages.
     pub fn described(&self) -> String {
         match self {
             Value::Bool(value) => value.to_string(),
@@ -36,7 +36,7 @@ impl Value {
     }
 }
 
-/// Allows null in place of a number that is not finite, because JSON cannot represent it.
+/// Allows null in place of a number that is not finite, which JSON cannot represent.
 #[cfg(feature = "schema")]
 fn or_null(schema: &mut schemars::Schema) {
     if let Some(choices) = schema.get_mut("anyOf").and_then(serde_json::Value::as_array_mut) {

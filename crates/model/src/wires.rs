@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of definitions while they are being drawn: all mistakes, and why two ports cannot be wired. The rules are those of the
-//! installation, applied by the same functions without arguments.
+//! Checks of definitions while they are being drawn: all mistakes, and the reason why two ports cannot be wired. The rules are those of
+//! the installation, applied without arguments by the same functions.
 use crate::apply::{Draft, GroupBinding, StandIns};
 use crate::checked::{self, CheckedVerb};
 use crate::configuration::Configuration;
@@ -13,7 +13,7 @@ use hints::did_you_mean;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
-/// Drawing to check: either a graph or a verb.
+/// Drawing to check: a graph or a verb.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Drawing {
@@ -23,7 +23,7 @@ pub struct Drawing {
     pub verb: Option<Verb>,
 }
 
-/// A port as identified by a drawing editor: of a block, or, if `block` is empty, of the graph itself.
+/// A port of a block or, if `block` is empty, of the graph itself, as identified by a drawing editor.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PortName {
@@ -31,7 +31,7 @@ pub struct PortName {
     pub port: String,
 }
 
-/// A port, and the reason why it cannot be wired; without a reason, it can be.
+/// A port, and the reason why it cannot be wired, if it cannot.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Verdict {
@@ -40,8 +40,8 @@ pub struct Verdict {
     pub reason: Option<String>,
 }
 
-/// Returns all mistakes of a definition before any arguments are passed: names, covers, types, units, cycles, lists, conditions. A wrong
-/// name does not hide type errors elsewhere.
+/// Returns all mistakes of a definition that can be found before any arguments are passed: names, covers, types, units, cycles, lists,
+/// conditions. A wrong name does not hide type errors elsewhere.
 ///
 /// # Errors
 /// `CallError` if the drawing contains neither a graph nor a verb, or both.
@@ -56,10 +56,10 @@ pub fn check_definition(drawing: &Drawing, configuration: &Configuration) -> Res
 }
 
 /// Checks as [`check_definition`] does, and adds everything that an installation would refuse for any arguments: units and types of
-/// members of objects, constants and defaults, second writers in a list, inputs that nothing drives.
+/// object members, constants and defaults, second writers in a list, inputs that nothing drives.
 ///
 /// # Errors
-/// As [`check_definition`].
+/// Fails as [`check_definition`] does.
 pub fn check_drawing(drawing: &Drawing, configuration: &Configuration) -> Result<Refusals, Refusals> {
     let sketch = Sketch::new(drawing, configuration)?;
     let mut found = sketch.refusals.clone();
@@ -76,13 +76,13 @@ pub fn check_drawing(drawing: &Drawing, configuration: &Configuration) -> Result
     Ok(found)
 }
 
-/// Returns true if two checks have found the same mistake: a constant is checked when it is named, and again when it is stored.
+/// Returns true if two checks have found the same mistake: a constant is checked once where it is named, and again where it is stored.
 fn is_same(one: &Refusal, other: &Refusal) -> bool {
     let is_constant = |refusal: &Refusal| refusal.message.starts_with("the constant for ");
     one.message == other.message || is_constant(one) && is_constant(other) && one.about == other.about
 }
 
-/// Returns why a wire cannot connect the two ports; `None` if it can. The direction does not matter.
+/// Returns the reason why a wire cannot connect two ports; `None` if it can. The direction does not matter.
 ///
 /// # Errors
 /// `UnknownName` if a port does not exist. `CallError` if the drawing contains neither a graph nor a verb, or both.
@@ -93,10 +93,10 @@ pub fn compatible(drawing: &Drawing, configuration: &Configuration, from: &PortN
     Ok(sketch.why_not(&mut sketch.draft(&nothing, configuration), &from, &to))
 }
 
-/// Checks as [`compatible`] does, for every port of the definition.
+/// Checks every port of the definition as [`compatible`] does.
 ///
 /// # Errors
-/// As [`compatible`].
+/// Fails as [`compatible`] does.
 pub fn compatible_with(drawing: &Drawing, configuration: &Configuration, from: &PortName) -> Result<Vec<Verdict>, Refusals> {
     let sketch = Sketch::new(drawing, configuration)?;
     let from = sketch.end(from)?;
@@ -110,22 +110,22 @@ pub fn compatible_with(drawing: &Drawing, configuration: &Configuration, from: &
     judged.collect()
 }
 
-/// A definition, resolved as far as possible.
+/// A definition, resolved to the extent possible.
 struct Sketch {
     checked: CheckedVerb,
     refusals: Refusals,
     labels: HashMap<String, LabelTarget>,
     scopes: Vec<Scope>,
     is_graph: bool,
-    /// Drawn ports: of the blocks of the definition, and of the graph itself.
+    /// Drawn ports: those of the definition's blocks, and those of the graph itself.
     names: Vec<PortName>,
 }
 
-/// A port with the inner ports behind it.
+/// A port, with the inner ports to which it is bound.
 struct End {
     name: PortName,
     ports: Vec<Port>,
-    /// `output 'servo.effort' (double, N.m)`.
+    /// Description of the port for messages: `output 'servo.effort' (double, N.m)`.
     described: String,
     writes: bool,
 }
@@ -223,7 +223,7 @@ impl Sketch {
         Ok(End { name: name.clone(), ports, described, writes })
     }
 
-    /// Returns a port of the graph itself, seen from inside: an input of the graph is a writer.
+    /// Returns a port of the graph itself as seen from inside, where an input of the graph is a writer.
     fn own_end(&self, name: &PortName) -> Result<End, Refusals> {
         let ports = self.own().map(|own| &own.ports);
         let Some(ports) = ports.and_then(|ports| ports.get(&name.port)) else {
@@ -255,7 +255,7 @@ impl Sketch {
         self.refused_wire(draft, from, to, source, sink)
     }
 
-    /// Returns the named data object that contains a port: a cell, a parameter, a port of the graph.
+    /// Returns the named data object that contains a port: a cell, a parameter, or a port of the graph.
     fn object(&self, end: &End) -> Option<usize> {
         if end.name.block.is_empty() {
             return self.checked.groups.iter().position(|group| group.origin == Origin::Parameter && group.name == end.name.port);
@@ -268,7 +268,7 @@ impl Sketch {
         named.next()
     }
 
-    /// Returns why the installation would refuse the wire, if it refuses nothing without the wire.
+    /// Returns the reason why the installation would refuse the wire, provided that it refuses nothing without the wire.
     fn refused_wire(&self, draft: &mut Draft<'_>, from: &End, to: &End, source: Option<usize>, sink: Option<usize>) -> Option<String> {
         let object = |at: Option<usize>, end: &End| match at {
             Some(at) => self.checked.groups[at].clone(),
@@ -300,7 +300,7 @@ impl Sketch {
         Some(format!("'{}' has two writers: {} and {}; give each its own cell", together.name, described(first), described(second)))
     }
 
-    /// Returns the cycle of synchronous ports that the wire closes.
+    /// Returns the cycle of synchronous ports that the wire would close.
     fn cycle(&self, together: &Group, source: Option<usize>, sink: Option<usize>) -> Option<Refusal> {
         let cycle = |groups: &[Group]| {
             let group_of = checked::group_of(&self.checked.blocks, groups);

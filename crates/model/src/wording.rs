@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Readable messages for JSON of the wrong form, replacing those of the JSON parser, which use Rust terms.
+//! Readable messages for malformed JSON, in place of those of the JSON parser, which use Rust terms.
 
-/// Maximum length of quoted input; longer pieces are cut.
+/// Maximum length of quoted input; longer text is truncated.
 const SHOWN_MAX: usize = 80;
 
-/// Rewrites an error of `serde_json` in plain words, without its position in a text that no person sees.
+/// Rewrites a `serde_json` error in plain words, without its position, which refers to text that the user never sees.
 pub fn plain(error: &str) -> String {
     let text = error.split(" at line ").next().unwrap_or(error);
     if let Some((given, wanted)) = cut(text, "invalid type: ").or_else(|| cut(text, "invalid value: ")) {
@@ -29,7 +29,7 @@ pub fn plain(error: &str) -> String {
     shown(text)
 }
 
-/// Rewrites as [`plain`] does an error that follows a prefix of our own.
+/// Rewrites an error that follows a prefix added by this project, as [`plain`] does.
 pub fn plain_within(text: &str) -> String {
     const BEGINNINGS: [&str; 7] =
         ["invalid type: ", "invalid value: ", "invalid length ", "unknown variant ", "unknown field ", "missing field ", "data did not match any variant"];
@@ -39,8 +39,8 @@ pub fn plain_within(text: &str) -> String {
     }
 }
 
-/// Returns a foreign text safe for a terminal: control characters, except line ends and tabs, and characters that change the writing
-/// direction are replaced by U+FFFD.
+/// Makes external text safe for a terminal: control characters, except line ends and tabs, and characters that change the writing
+/// direction are replaced with U+FFFD.
 pub fn printable(text: impl Into<String>) -> String {
     let text = text.into();
     let turns = |c: char| matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
@@ -63,7 +63,7 @@ fn thing(given: &str) -> String {
     shown(&given.replace('`', ""))
 }
 
-/// Returns the name of the expected kind.
+/// Returns the name of the kind of value that was expected.
 fn kind(wanted: &str) -> String {
     let said = match wanted {
         "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number of 0 or more",

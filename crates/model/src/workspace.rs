@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Workspaces: panels side by side and one above the other, shipped by a program or composed by a person in the studio. This module
-//! defines their form and checks it; the system checks that the named items exist.
+//! Workspaces: panels arranged side by side and one above the other, supplied by a program or composed by a person in the studio. This
+//! module defines their structure and checks it; the system checks that the items to which they refer exist.
 mod check;
 
 use crate::definition::Application;
@@ -15,15 +15,15 @@ pub use check::{BUTTONS_MAX, DEPTH_MAX, NAMES_MAX, PANELS_MAX, PLOTS_MAX, SECOND
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Workspace {
-    /// Name among the workspaces of the system.
+    /// Name, unique among the workspaces of the system.
     pub name: String,
-    /// Title for people; the name if empty.
+    /// Human-readable title; the name if empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub title: String,
     /// Purpose of the workspace.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub doc: String,
-    /// True if it is a panel for operators: it has large buttons and values, and nothing in it can be edited.
+    /// True if the workspace is for operators: it has large buttons and values, and no part of it can be edited.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub operator: bool,
     pub layout: Region,
@@ -40,16 +40,16 @@ pub struct Region {
     /// Regions side by side.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub row: Vec<Region>,
-    /// Regions one above the other.
+    /// Regions arranged one above the other.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub column: Vec<Region>,
-    /// Panels in the same position, only one of which is visible.
+    /// Panels in the same place, of which only one is visible.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tabs: Vec<Region>,
     /// Content of the panel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub panel: Option<PanelKind>,
-    /// Heading of the panel; derived from its content if empty.
+    /// Heading of the panel; if empty, it is derived from the panel's content.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub title: String,
     /// SVVs and private cells of a plot, each at its full rate.
@@ -83,7 +83,7 @@ pub enum PanelKind {
     Scene,
     /// Current values, with units and limits.
     Values,
-    /// The state diagram of a verb and its instances.
+    /// State diagram of a verb and its instances.
     Verb,
     /// The alarms.
     Alarms,
@@ -95,7 +95,7 @@ impl PanelKind {
     /// All kinds of panels.
     pub const ALL: [PanelKind; 6] = [PanelKind::Plot, PanelKind::Scene, PanelKind::Values, PanelKind::Verb, PanelKind::Alarms, PanelKind::Buttons];
 
-    /// Returns the name of the kind in a file.
+    /// Returns the name of the panel kind in a file.
     pub fn word(self) -> &'static str {
         match self {
             PanelKind::Plot => "plot",
@@ -114,13 +114,13 @@ impl PanelKind {
 #[serde(deny_unknown_fields)]
 pub struct ShownValue {
     pub name: String,
-    /// Label for people; the name if empty.
+    /// Human-readable label; the name if empty.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub label: String,
-    /// Lower limit, in the unit of the value; a value below it is highlighted.
+    /// Lower limit, in the unit of the value; values below it are highlighted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub minimum: Option<f64>,
-    /// Upper limit; a value above it is highlighted.
+    /// Upper limit; values above it are highlighted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub maximum: Option<f64>,
 }
@@ -131,10 +131,10 @@ pub struct ShownValue {
 #[serde(deny_unknown_fields)]
 pub struct Button {
     pub label: String,
-    /// Creates an instance of a verb and starts it with these values. If it has no name, it is called `WORKSPACE.LABEL`.
+    /// Verb to apply: an instance is created and started with these values. If it has no name, it is called `WORKSPACE.LABEL`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<Application>,
-    /// Instance to start instead, created by a program.
+    /// Instance, created by a program, to start instead.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instance: Option<String>,
     /// Start values of that instance: input parameter → value.
@@ -156,7 +156,7 @@ impl Region {
         self.inner().for_each(|region| region.panels(visit));
     }
 
-    /// Returns the panel's name in messages: its heading, or else its content.
+    /// Returns the panel's name for messages: its heading, or else its content.
     pub fn called(&self) -> String {
         match (self.title.as_str(), self.panel) {
             ("", Some(kind)) => format!("panel '{}'", kind.word()),

@@ -3,7 +3,7 @@
 use crate::source::build::BuildError;
 use std::path::PathBuf;
 
-/// Reason why a module was refused. Nothing of it remains in the process.
+/// Reason why a module was refused. No trace of the module remains in the process.
 #[derive(Debug, thiserror::Error)]
 pub enum LoadError {
     #[error("there is no file '{}'", path.display())]
@@ -36,7 +36,7 @@ pub enum LoadError {
     Unknown { path: PathBuf, known: String },
     #[error("policy '{}' is refused: {what}", path.display())]
     Network { path: PathBuf, what: String },
-    /// Message of a backend of another crate.
+    /// Error message from a backend of another crate.
     #[error("{0}")]
     Failed(String),
 }

@@ -12,7 +12,7 @@ pub struct Folder {
 }
 
 impl Folder {
-    /// Makes a folder among the temporary files.
+    /// Creates a folder among the temporary files.
     pub fn new() -> std::io::Result<Folder> {
         static NEXT: AtomicU64 = AtomicU64::new(0);
         loop {
@@ -26,7 +26,7 @@ impl Folder {
         }
     }
 
-    /// Returns its path.
+    /// Returns the path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Code backends of this process, and the choice of one for a file.
+//! Code backends of this process, and the selection of one for a file.
 use crate::backend::{Backend, Description, LoadOptions, LoadedModule};
 use crate::error::LoadError;
 use crate::{native, onnx, source};
@@ -11,7 +11,7 @@ static ALL: [&dyn Backend; 3] = [&source::Sources, &onnx::Policies, &native::Sha
 /// Backends of other crates.
 static REGISTERED: RwLock<Vec<&'static dyn Backend>> = RwLock::new(Vec::new());
 
-/// Registers this backend for [`load`], in this process. If two accept a file, the first one takes it. Idempotent.
+/// Registers this backend for [`load`], in this process. If several backends accept a file, the first one takes it. Idempotent.
 pub fn register(backend: &'static dyn Backend) {
     let mut registered = REGISTERED.write().unwrap_or_else(PoisonError::into_inner);
     let kind = backend.describe().kind;
@@ -25,18 +25,18 @@ pub fn backends() -> Vec<Description> {
     all().iter().map(|backend| backend.describe()).collect()
 }
 
-/// Returns the extensions of files that are built where they are loaded, without the dot.
+/// Returns the extensions of files that are built before they are loaded, without the dot.
 pub fn source_endings() -> Vec<&'static str> {
     all().iter().filter(|backend| backend.is_source()).flat_map(|backend| backend.describe().endings).copied().collect()
 }
 
-/// Loads a code module from a file of any kind that a backend accepts. A file that was rebuilt under its name can be loaded again while
-/// the old module is in use.
+/// Loads a code module from a file of any kind that a backend accepts. A file that was rebuilt under the same name can be loaded again
+/// while the old module is in use.
 ///
 /// Not for the real-time path: it starts processes and takes from 10 ms to some seconds.
 ///
 /// # Errors
-/// Any fault of the file, as a [`LoadError`]; this process is not affected.
+/// Fails with a [`LoadError`] if the file has any fault; this process is not affected.
 pub fn load(path: &Path, options: &LoadOptions) -> Result<LoadedModule, LoadError> {
     if !path.is_file() {
         return Err(LoadError::NotFound { path: path.to_path_buf() });

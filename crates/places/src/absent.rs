@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Replacement of [`joined`](self) in builds without links between hosts: tells callers how to get them.
+//! Replacement of [`joined`](self) in builds without links between hosts: its error messages state how to get a build with them.
 use crate::telling::Telling;
 use rtp::{NO_HOSTS, StartedProcessor};
 use serde::Deserialize;
@@ -9,7 +9,7 @@ use std::ffi::OsString;
 #[derive(Clone, Debug, Deserialize)]
 pub struct JoinOptions {}
 
-/// Joined hosts, of which there are none.
+/// Joined hosts, which never exist in this build.
 pub(crate) struct JoinedHosts;
 
 impl JoinedHosts {
@@ -28,10 +28,10 @@ impl JoinedHosts {
     }
 }
 
-/// Lends no host.
+/// Fails: this build cannot lend its host.
 ///
 /// # Errors
-/// Always, with the remedy.
+/// Always fails, with the remedy.
 pub fn join(_system: &str, _options: JoinOptions, _python: OsString, _stop: &dyn Fn() -> bool) -> Result<(), String> {
     Err(NO_HOSTS.to_owned())
 }

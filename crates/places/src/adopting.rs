@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Adoption: a new supervisor finds the process of a processor that has lost its own, and the two exchange messages before the greeting.
+//! Adoption: a new supervisor finds the process of a processor that has lost its own supervisor, and the two exchange messages before the
+//! greeting.
 //!
-//! Each process of a processor listens at a socket in this user's socket folder, named after its system, its processor (or the common
-//! name of several), and itself. A connecting supervisor states whom it looks for. A process that may be taken over answers with a
-//! descriptor of itself, its heartbeat and the path of its guard; it then receives the run of the new system, the link for safe handles
-//! and the memory of the black box. After that it is greeted like one that was just started.
+//! Each process of a processor listens on a socket in this user's socket folder, named after its system, its processor (or the common
+//! name of several), and itself. A connecting supervisor names the processor that it is looking for. A process that may be taken over
+//! answers with a descriptor of itself, its heartbeat and the path of its guard; it then receives the run number of the new system, the
+//! link for safe handles and the memory of the black box. After that, it is greeted like a process that was just started.
 use crate::text;
 use interconnect::Link;
 use process_kit::{Frame, Heartbeat, UnixLink, connect, is_abandoned, run_folder};
@@ -15,20 +16,20 @@ use std::os::fd::{AsFd, OwnedFd};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Timeout of the other side's answer; it may be admitting somebody else.
+/// Timeout for the other side's answer; that side may be admitting another supervisor.
 pub(crate) const ANSWER: Duration = Duration::from_secs(30);
 
-/// Version of the messages; both sides must have the same.
+/// Version of the messages, which must be the same on both sides.
 const VERSION: u32 = 2;
 
 /// Name prefixes of the sockets of processors' processes and of guards.
 const PROCESSOR: &str = "rtp-";
 const GUARD: &str = "guard-";
 
-/// Maximum length of a socket's path in bytes; the second process of a guard appends one more.
+/// Maximum length of a socket's path in bytes; the second process of a guard appends one more byte.
 const PATH_LEN_MAX: usize = 106;
 
-/// Message of a supervisor that looks for a processor.
+/// Message of a supervisor that is looking for a processor.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Knock {
     version: u32,
@@ -38,7 +39,7 @@ pub(crate) struct Knock {
 }
 
 impl Knock {
-    /// Returns true if this process is meant.
+    /// Returns true if the knock is addressed to this process.
     pub fn means(&self, system: &str, processor: &str) -> bool {
         self.version == VERSION && self.system == system && self.processor == processor
     }
@@ -49,13 +50,13 @@ impl Knock {
 pub(crate) enum AdoptionAnswer {
     /// The supervisor may enter. Descriptors: the process, its heartbeat.
     Come { guard: Option<PathBuf> },
-    /// This is another processor.
+    /// This is a different processor.
     Other,
-    /// Refused for now, with the reason.
+    /// Refused for now, for this reason.
     Refused { why: String },
 }
 
-/// Message of a supervisor that enters. Descriptors: the link for safe handles, the black box, the hearts of the guard and of the
+/// Message of a supervisor that enters. Descriptors: the link for safe handles, the black box, the heartbeats of the guard and of the
 /// supervisor.
 #[derive(Serialize, Deserialize)]
 pub(crate) struct Enter {
@@ -65,7 +66,7 @@ pub(crate) struct Enter {
     pub is_unguarded: bool,
 }
 
-/// A process that waits for a new supervisor and has answered.
+/// A process that waits for a new supervisor and has answered the knock.
 pub(crate) struct WaitingProcess {
     pub link: UnixLink,
     pub guard: Option<PathBuf>,
@@ -128,7 +129,7 @@ fn socket(name: String) -> Option<PathBuf> {
     run_folder().ok().map(|folder| folder.join(name)).filter(|path| path.as_os_str().len() <= PATH_LEN_MAX)
 }
 
-/// Removes the sockets of processes and guards that were killed.
+/// Removes the sockets left behind by killed processes and guards.
 pub(crate) fn clean() {
     let Ok(folder) = run_folder() else { return };
     let left = |path: &PathBuf| (name(path).starts_with(PROCESSOR) || name(path).starts_with(GUARD)) && is_abandoned(path);
@@ -145,12 +146,12 @@ pub(crate) fn say(link: &UnixLink, message: &impl Serialize, descriptors: &[&Own
     link.send_with(&bytes, &borrowed, Some(ANSWER)).map_err(text)
 }
 
-/// Decodes a message. Fails if the bytes are not one.
+/// Decodes a message. Fails if the bytes are not a message.
 pub(crate) fn heard<T: DeserializeOwned>(frame: &[u8]) -> Result<T, String> {
     serde_json::from_slice(frame).map_err(|why| format!("the message is of another version: {why}"))
 }
 
-/// Returns the next message, waiting for at most the limit.
+/// Returns the next message. Waits for at most `limit`.
 pub(crate) fn next(link: &UnixLink, limit: Duration) -> Result<Frame, String> {
     link.receive_with(limit).map_err(text)?.ok_or_else(|| {
         link.close();
@@ -158,7 +159,7 @@ pub(crate) fn next(link: &UnixLink, limit: Duration) -> Result<Frame, String> {
     })
 }
 
-/// Returns a short prefix, because paths of sockets are limited but names of systems are not.
+/// Returns a short prefix, because the length of a socket path is limited but the length of a system's name is not.
 fn prefix(system: &str, processor: &str) -> String {
     let words = system.bytes().chain([0]).chain(processor.bytes());
     let hash = words.fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));

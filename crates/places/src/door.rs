@@ -14,7 +14,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
-/// Timeout of the first message of a process that has connected.
+/// Timeout for the first message of a process that has connected.
 const KNOCK: Duration = Duration::from_secs(1);
 
 /// Watchers of this process.
@@ -27,7 +27,7 @@ pub(crate) struct ProcessWatchers {
 }
 
 impl ProcessWatchers {
-    /// Makes the watchers with these hearts of guard and supervisor. Fails if the descriptors are not heartbeats.
+    /// Creates the watchers from these heartbeats of the guard and the supervisor. Fails if the descriptors are not heartbeats.
     pub fn by(guard: OwnedFd, supervisor: OwnedFd) -> Result<ProcessWatchers, String> {
         let heart = |descriptor| Heartbeat::received(descriptor).map_err(text);
         Ok(ProcessWatchers { guard: heart(guard)?, supervisor: heart(supervisor)?, watchers: None, canary: Canary::default() })
@@ -52,7 +52,7 @@ impl ProcessWatchers {
     }
 }
 
-/// State that a process keeps across its commanders.
+/// State that a process keeps when its commander changes.
 pub(crate) struct Belongings {
     pub system: String,
     /// Name of the process.
@@ -80,7 +80,7 @@ impl Belongings {
         Ok(())
     }
 
-    /// Beats, or records which timer keeps the heart from beating.
+    /// Beats, or records the timer that keeps the heart from beating.
     pub fn beat(&self, stuck: Option<usize>) {
         self.heart.hold_up(stuck);
         if stuck.is_none() {
@@ -88,7 +88,7 @@ impl Belongings {
         }
     }
 
-    /// Sleeps for `span`, or until the supervisor is dying; in that case returns true, once.
+    /// Sleeps for `span`, or until the supervisor is dying; in the latter case returns true, once.
     pub fn rests(&self, span: Duration) -> bool {
         let locked = || self.watched.lock().expect("nobody panics with the lock held");
         let thread = locked().canary();
@@ -99,7 +99,7 @@ impl Belongings {
         locked().notice_dying()
     }
 
-    /// Returns true if both watchers have stood still for longer than `patience`.
+    /// Returns true if both watchers have been stalled for longer than `patience`.
     pub fn is_unwatched(&self, patience: Duration) -> bool {
         self.watched.lock().expect("nobody panics with the lock held").look(patience)
     }
@@ -117,7 +117,7 @@ pub(crate) struct SocketDoor {
 }
 
 impl SocketDoor {
-    /// Opens the socket; returns `None` if this user has no folder for it, so that nobody can take the process over.
+    /// Opens the socket; returns `None` if this user has no folder for it, so that the process cannot be taken over.
     pub fn open(belongings: &Arc<Belongings>) -> Option<Box<dyn Door>> {
         let path = place(&belongings.system, &belongings.processor, std::process::id())?;
         match Listener::listen(&path) {
@@ -179,7 +179,7 @@ impl Caller for Visitor {
     }
 }
 
-/// Maps the black box for the lifetime of the process, because sources write there until the end.
+/// Maps the black box for the lifetime of the process, because sources write to it until the end.
 pub(crate) fn black_box_of(descriptor: OwnedFd) -> Result<BlackBox, String> {
     let memory = Box::leak(Box::new(process_kit::SharedMemory::received(descriptor, BLACK_BOX_SOURCES * BLACK_BOX_LEN).map_err(text)?));
     Ok(BlackBox { memory: memory.start(), len: memory.len() })

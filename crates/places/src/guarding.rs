@@ -14,10 +14,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex};
 use std::time::Duration;
 
-/// Timeout of the guard's report on a process that has ended.
+/// Timeout for the guard's report on a process that has ended.
 const SAID: Duration = Duration::from_secs(2);
 
-/// Period at which the existence of a process is checked.
+/// Period at which the guard checks whether a process still exists.
 const LOOK: Duration = Duration::from_secs(1);
 
 /// The guard process, if there is one, and the receiver of its reports.
@@ -25,7 +25,7 @@ const LOOK: Duration = Duration::from_secs(1);
 pub(crate) struct Guarding {
     telling: Telling,
     guard: Mutex<Option<Arc<Guard>>>,
-    /// Guards of lost systems whose processes are taken over.
+    /// Guards taken over from lost systems, with their wards.
     adopted: Mutex<Vec<AdoptedProcess>>,
     last_ward: AtomicU64,
     seen: Arc<SeenLosses>,
@@ -33,7 +33,7 @@ pub(crate) struct Guarding {
     path: Option<PathBuf>,
 }
 
-/// Guards' reports of lost processes, by ward.
+/// Reports of guards about lost processes, by ward.
 #[derive(Default)]
 struct SeenLosses {
     losses: Mutex<HashMap<u64, guard::Cause>>,
@@ -43,7 +43,7 @@ struct SeenLosses {
 struct AdoptedProcess {
     path: PathBuf,
     guard: Arc<Guard>,
-    /// Numbers of the ward and of its process.
+    /// Number of each ward, with its process ID.
     wards: Vec<(u64, i32)>,
 }
 
@@ -51,7 +51,7 @@ struct AdoptedProcess {
 pub(crate) struct WatchedProcess {
     pub process: OwnedFd,
     pub heart: Heartbeat,
-    /// Maximum standstill of its heart, if configured.
+    /// Maximum stall of the process's heart, if configured.
     pub lost_after: Option<Duration>,
 }
 
@@ -61,22 +61,22 @@ pub(crate) struct GuardedProcess {
     ward: u64,
     bounds: Bounds,
     seen: Arc<SeenLosses>,
-    /// True if it is guarded for this system; a process that has not been taken over stays guarded without it.
+    /// True if the process is guarded for this system; a process that has not been taken over remains guarded independently of it.
     is_ours: AtomicBool,
 }
 
 impl GuardedProcess {
-    /// Returns the hearts of its guard and of this supervisor. Fails if no descriptors are left.
+    /// Returns the heartbeats of the process's guard and of this supervisor. Fails if no descriptors are left.
     pub fn hearts(&self) -> Result<[OwnedFd; 2], String> {
         self.guard.hearts().map_err(crate::text)
     }
 
-    /// Records whether it was taken over.
+    /// Records whether the process has been taken over.
     pub fn own(&self, is_ours: bool) {
         self.is_ours.store(is_ours, Ordering::Release);
     }
 
-    /// Returns a message if the guard saw it exceed its maximum standstill and ended it. May wait briefly for the guard.
+    /// Returns a message if the guard ended the process because it exceeded its maximum stall. May wait briefly for the guard.
     pub fn stood_still(&self) -> Option<String> {
         let losses = self.seen.losses.lock().expect("nobody panics with the lock held");
         let said = self.seen.changed.wait_timeout_while(losses, SAID, |losses| !losses.contains_key(&self.ward));
@@ -88,7 +88,7 @@ impl GuardedProcess {
         }
     }
 
-    /// Announces that it is about to end in an orderly way.
+    /// Announces that the process is about to end in an orderly way.
     pub fn forget(&self) {
         if !self.is_ours.load(Ordering::Acquire) {
             return;
@@ -107,7 +107,7 @@ impl Drop for GuardedProcess {
 }
 
 impl Guarding {
-    /// Creates the guarding state; no guard is running yet. `path` is the place where a later supervisor finds the guard.
+    /// Creates the guarding state; no guard is running yet. `path` is the path at which a later supervisor finds the guard.
     pub fn new(path: Option<PathBuf>, telling: Telling) -> Guarding {
         Guarding { path, telling, ..Guarding::default() }
     }
@@ -117,7 +117,7 @@ impl Guarding {
         self.path.as_ref()
     }
 
-    /// Starts guarding a process; `handles` is the link that supplies its safe handles. Fails with a message if there is no guard.
+    /// Starts guarding a process; its safe handles are received over the link `handles`. Fails with a message if there is no guard.
     pub fn watch(&self, command: &[OsString], name: &str, watched: WatchedProcess, handles: &Arc<UnixLink>) -> Result<GuardedProcess, String> {
         let guard = self.guard(command)?;
         let ward = self.last_ward.fetch_add(1, Ordering::Relaxed) + 1;
@@ -126,21 +126,21 @@ impl Guarding {
         self.hear(guard, ward, name, bounds, handles)
     }
 
-    /// Guards this process itself, for a processor that consists of its threads. Fails with a message if there is no guard.
+    /// Guards this process itself, for a processor that consists of threads of this process. Fails with a message if there is no guard.
     pub fn watch_this(&self, command: &[OsString], processor: &str, lost_after: Option<Duration>) -> Result<Own, String> {
         let guard = self.guard(command)?;
         let ward = self.last_ward.fetch_add(1, Ordering::Relaxed) + 1;
         Own::guarded(guard, ward, processor, bounds(lost_after))
     }
 
-    /// Returns the hearts of the guard and of this supervisor, for a process that checks whether it is watched. Fails if there is no
+    /// Returns the heartbeats of the guard and of this supervisor, for a process that checks whether it is watched. Fails if there is no
     /// guard.
     pub fn hearts(&self, command: &[OsString]) -> Result<[OwnedFd; 2], String> {
         self.guard(command)?.hearts().map_err(crate::text)
     }
 
-    /// Adopts process `pid` as the guard at `path` guards it, for a system that was lost; `handles` is the link that supplies further
-    /// safe handles. Returns `None` if that guard has exited, or does not have the process.
+    /// Adopts process `pid`, which the guard at `path` guards for a lost system; further safe handles are received over the link
+    /// `handles`. Returns `None` if that guard has exited, or does not guard the process.
     pub fn adopt(
         &self,
         command: &[OsString],
@@ -168,7 +168,7 @@ impl Guarding {
         found.map(|(guard, ward)| self.hear(guard, ward, name, bounds, handles)).transpose()
     }
 
-    /// Forwards safe handles to the guard.
+    /// Forwards the safe handles received over `handles` to the guard.
     fn hear(&self, guard: Arc<Guard>, ward: u64, name: &str, bounds: Bounds, handles: &Arc<UnixLink>) -> Result<GuardedProcess, String> {
         let (held, handles, telling, name) = (Arc::downgrade(&guard), handles.clone(), self.telling.clone(), name.to_owned());
         let body = move || {
@@ -215,19 +215,19 @@ impl Guarding {
         }
     }
 
-    /// Closes the guard, which ends when it guards nothing.
+    /// Closes the guard, which exits when it guards no process.
     pub fn close(&self) {
         self.adopted.lock().expect("nobody panics with the lock held").clear();
         drop(self.guard.lock().expect("nobody panics with the lock held").take());
     }
 }
 
-/// Returns the maximum standstill of a process's heart: the configured one, or the guard's default.
+/// Returns the maximum stall of a process's heart: the configured one, or the guard's default.
 fn bounds(lost_after: Option<Duration>) -> Bounds {
     lost_after.map_or_else(Bounds::default, Bounds::from)
 }
 
-/// Runs the guard process. After its end nothing of the processes that it guarded remains, neither shared memory nor sockets.
+/// Runs the guard process. After it exits, no shared memory or socket of the processes that it guarded remains.
 ///
 /// # Errors
 /// As for [`guard::run`].

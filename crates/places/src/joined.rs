@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Joined hosts, on which processors are to run; and the life of a process that lends its host.
+//! Joined hosts, on which processors are to run, and the life cycle of a process that lends its host.
 //!
-//! The listening host announces the link of each new processor to the joined host over link 0; a thread there serves it. All processors
-//! of a joined host are threads of one process.
+//! The listening host announces the link of each new processor to the joined host over link 0; a thread of the joined host serves it. All
+//! processors of a joined host are threads of one process.
 use crate::telling::Telling;
 use crate::text;
 use hosts::{Hosts, Options, Security};
@@ -18,7 +18,7 @@ use std::path::PathBuf;
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::Duration;
 
-/// Maximum time that a processor waits for its host.
+/// Maximum time for which a processor waits for its host to join.
 const JOINED_MAX: Duration = Duration::from_secs(15);
 
 /// Maximum silence of a processor on another host; its link is closed earlier if its host disconnects.
@@ -42,11 +42,11 @@ pub struct JoinOptions {
     pub certificate: Option<PathBuf>,
     #[serde(default)]
     pub key: Option<PathBuf>,
-    /// Shared secret of both sides: over TLS it replaces the joining side's certificate; on loopback, the common secret of all programs
-    /// of a user.
+    /// Secret shared by both sides: over TLS it replaces the joining side's certificate; on loopback, it is the common secret of all
+    /// programs of a user.
     #[serde(default)]
     pub token: Option<String>,
-    /// Required agreement of the hosts' clocks, ns.
+    /// Maximum difference between the hosts' clocks, ns.
     #[serde(default)]
     pub clock_limit_ns: Option<i64>,
 }
@@ -164,7 +164,7 @@ impl ProcessorProcess for LentProcessor {
     fn end(&self) {}
 }
 
-/// Poll period of `stop`.
+/// Poll period for `stop`.
 const LOOK: Duration = Duration::from_millis(200);
 
 /// Joins; returns `None` if `stop` returned true before there was an answer.
@@ -187,7 +187,7 @@ fn let_in(options: Options, stop: &dyn Fn() -> bool) -> Result<Option<Hosts>, St
 /// second).
 ///
 /// # Errors
-/// Fails with a message if nobody listens there, or this host is not admitted.
+/// Fails with a message if no system listens there, or this host is not admitted.
 pub fn join(system: &str, options: JoinOptions, python: OsString, stop: &dyn Fn() -> bool) -> Result<(), String> {
     let name = options.name.clone();
     let Some(hosts) = let_in(options.options(system, None)?, stop)? else { return Ok(()) };

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Places where remote processors run: processes of this host that are started for them, and hosts that have joined.
+//! Locations of remote processors: processes of this host that are started for them, and hosts that have joined.
 //!
 //! [`Places`] is passed to a system; [`processor`] is the main function of a process that was started for a processor. The programming
-//! system provides the command line that starts one, which must end up calling it. [`join`] is the main function of a process that lends
-//! its host to a remote system.
+//! system provides the command line of such a process, which must call that function. [`join`] is the main function of a process that
+//! lends its host to a remote system.
 mod adopting;
 mod door;
 mod guarding;
@@ -23,18 +23,18 @@ pub(crate) fn text(why: impl std::fmt::Display) -> String {
     why.to_string()
 }
 
-/// Environment variables passed to a process with its link: name of the system, number of its run, the interpreter that tries code
+/// Environment variables passed to a process with its link: name of the system, number of its run, and interpreter that tries code
 /// modules.
 pub(crate) const SYSTEM: &str = "OPENGPAC_SYSTEM_NAME";
 pub(crate) const RUN: &str = "OPENGPAC_SYSTEM_RUN";
 pub(crate) const PYTHON: &str = "OPENGPAC_PYTHON";
-/// Name of the process (its processor, or the common name of several), and the path at which a supervisor that takes it over finds the
-/// guard.
+/// Further variables: the name of the process (its processor, or the common name of several), and the path at which a supervisor that
+/// takes it over finds the guard.
 pub(crate) const PROCESSOR: &str = "OPENGPAC_PROCESSOR";
 pub(crate) const GUARD: &str = "OPENGPAC_GUARD_AT";
 
-/// Names of the descriptors: the link, the link for safe handles to the guard, the heartbeat, the heartbeats of guard and supervisor, the
-/// memory in which sources record the running block.
+/// Names of the inherited descriptors: the link, the link for safe handles to the guard, the heartbeat, the heartbeats of the guard and
+/// of the supervisor, and the memory in which sources record the running block.
 pub(crate) const LINK: &str = "link";
 pub(crate) const HANDLES: &str = "handles";
 pub(crate) const HEART: &str = "heart";
@@ -42,5 +42,5 @@ pub(crate) const GUARD_HEART: &str = "guard_heart";
 pub(crate) const SUPERVISOR_HEART: &str = "supervisor_heart";
 pub(crate) const BLACK_BOX: &str = "black_box";
 
-/// Maximum number of a process's sources that record the running block.
+/// Maximum number of sources of a process that record the running block.
 pub(crate) const BLACK_BOX_SOURCES: usize = 64;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Guarding of this process: processors that are threads of the program.
+//! Guarding of this process, for processors that are threads of the program.
 use device::SafeHandle;
 use guard::{Bounds, Guard};
 use process_kit::Heartbeat;
 use rtp::{Holder, ProcessorHold};
 use std::sync::Arc;
 
-/// A processor of this process, guarded.
+/// A guarded processor of this process.
 pub(crate) struct Own {
     guard: Arc<Guard>,
     ward: u64,
@@ -14,7 +14,7 @@ pub(crate) struct Own {
 }
 
 impl Own {
-    /// Guards this process for a processor. Fails with a message.
+    /// Guards this process for a processor. Fails with a message if it cannot be guarded.
     pub fn guarded(guard: Arc<Guard>, ward: u64, processor: &str, bounds: Bounds) -> Result<Own, String> {
         let heart = Heartbeat::new().map_err(crate::text)?;
         let watched = Heartbeat::received(heart.descriptor().map_err(crate::text)?).map_err(crate::text)?;

@@ -15,13 +15,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Maximum time that a device waits until the guard has its safe handles.
+/// Maximum time for which a device waits until the guard has received its safe handles.
 const HELD: Duration = Duration::from_secs(5);
 
 /// Runs a process that was started for a processor, from start to end.
 ///
 /// # Errors
-/// Fails with a message if it was not started by a system, or the other side has another version.
+/// Fails with a message if the process was not started by a system, or the other side's version differs.
 pub fn processor() -> Result<(), String> {
     kernel::retire_when_lost();
     let link: Arc<dyn Link> = Arc::new(UnixLink::from_descriptor(inherited(LINK)?).map_err(text)?);
@@ -50,7 +50,8 @@ pub fn processor() -> Result<(), String> {
     rtp::serve(&link, Service { reaches, black_box, door: SocketDoor::open(&belongings), terms })
 }
 
-/// Passes the safe handles of a device to the guard, and waits until it has them. If there is no guard, that was reported when it exited.
+/// Passes the safe handles of a device to the guard, and waits until the guard has received them. If there is no guard, this was reported
+/// when it exited.
 fn hand_over(handles: &UnixLink, device: &Device, is_open: bool) {
     let given = if is_open { device.safe_handles() } else { Arc::default() };
     if (is_open && given.is_empty()) || send_handles(handles, device.name(), &given).is_err() {

@@ -19,11 +19,11 @@ use std::time::Duration;
 /// Command lines of the processes that a system starts.
 #[derive(Clone, Debug)]
 pub struct Commands {
-    /// Calls [`crate::processor`].
+    /// Command line of a process that calls [`crate::processor`].
     pub processor: Vec<OsString>,
-    /// Calls [`guard::run`].
+    /// Command line of a process that calls [`guard::run`].
     pub guard: Vec<OsString>,
-    /// Calls `replay::serve`; empty: recordings cannot be replayed beside the system.
+    /// Command line of a process that calls `replay::serve`; if empty, recordings cannot be replayed while the system runs.
     pub replay: Vec<OsString>,
     /// Interpreter that tries code modules.
     pub python: OsString,
@@ -36,27 +36,27 @@ pub struct Places {
     commands: Commands,
     guarding: Guarding,
     adopts: bool,
-    /// Processes that were searched for, by name.
+    /// Names of the processes that have been searched for.
     sought: Mutex<HashSet<String>>,
     telling: Telling,
     pub(crate) joined: crate::joined::JoinedHosts,
 }
 
-/// Maximum silence of a processor of this host: it beats every 20 ms, but machines may be held up.
+/// Maximum silence of a processor on this host. It beats every 20 ms, but a machine may be held up.
 const SILENCE: Duration = Duration::from_secs(5);
 
-/// Maximum processor time of a real-time thread without sleeping.
+/// Maximum CPU time of a real-time thread without sleeping.
 const REAL_TIME_MAX: Duration = Duration::from_secs(5);
 
 /// Signal with which the guard kills a process.
 const SIGKILL: i32 = 9;
 
-/// Time that a process is given to end by itself.
+/// Time within which a process must exit by itself.
 const GRACE: Duration = Duration::from_secs(3);
 
 impl Places {
-    /// Makes the places of a system of this name. `adopts`: before starting each process, search for one that has lost a system of this
-    /// name.
+    /// Creates the places of a system of this name. `adopts`: true to search, before starting each process, for one that has lost a
+    /// system of this name.
     pub fn new(system: &str, commands: Commands, adopts: bool) -> Places {
         let (run, telling) = (shared_memory::new_run(), Telling::default());
         Places {
@@ -71,8 +71,8 @@ impl Places {
         }
     }
 
-    /// Returns the process of this name that has lost a system of this name; searches once. Fails with a message if it must not be taken
-    /// over.
+    /// Returns the process of this name that has lost a system of this name; searches only once. Fails with a message if it must not be
+    /// taken over.
     fn adopted(&self, name: &str, bounds: &Bounds) -> Result<Option<StartedProcessor>, String> {
         if !self.adopts || !self.sought.lock().expect("nobody panics with the lock held").insert(name.to_owned()) {
             return Ok(None);
@@ -175,7 +175,7 @@ impl rtp::Places for Places {
     }
 }
 
-/// Duplicates the heart. Fails with a message if no descriptors are left.
+/// Duplicates the heartbeat. Fails with a message if no descriptors are left.
 fn same(heart: &Heartbeat) -> Result<Heartbeat, String> {
     Heartbeat::received(heart.descriptor().map_err(text)?).map_err(text)
 }
@@ -185,12 +185,12 @@ struct Process {
     guarded: GuardedProcess,
     heart: Heartbeat,
     black_box: process_kit::SharedMemory,
-    /// Path at which a new supervisor finds it.
+    /// Path at which a new supervisor finds the process.
     socket: Option<PathBuf>,
 }
 
 impl Process {
-    /// Removes its socket, which a killed process leaves behind.
+    /// Removes the process's socket, which a killed process leaves behind.
     fn take_away(&self) {
         if let Some(socket) = self.socket.as_ref().filter(|_| !self.child.is_running()) {
             // It may have been removed already.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A process started here, or by a predecessor of this process: held by a descriptor, never by its number alone, which may have been
-//! reused.
+//! A process started here, or by a predecessor of this process. It is held by a descriptor, never by its process ID alone, which may have
+//! been reused.
 use crate::Status;
 use crate::process::{ended, pid_of, process_descriptor, signal};
 use std::io;
@@ -8,24 +8,24 @@ use std::os::fd::{AsFd, AsRawFd, OwnedFd};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Time that a dropped child is given to end by itself.
+/// Time within which a dropped child must exit by itself.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// A process. Dropping one that was started here ends it, along with everything that it started in its own group, unless [`Child::leave`]
-/// is called. Dropping an adopted one lets it live.
+/// A process. Dropping a process that was started here ends it, along with every process that it started in its own group, unless
+/// [`Child::leave`] is called. An adopted process continues when dropped.
 #[derive(Debug)]
 pub struct Child {
     pid: libc::pid_t,
     descriptor: OwnedFd,
-    /// True if we are its parent and must reap it.
+    /// True if this process is the parent and must reap the child.
     is_ours: bool,
-    /// Its exit status, once known.
+    /// Exit status of the child, once known.
     status: Mutex<Option<Status>>,
     is_left: bool,
 }
 
 impl Child {
-    /// Wraps the process `pid`, which this process has just started and not reaped.
+    /// Wraps the process `pid`, which this process has just started and not yet reaped.
     pub(crate) fn started(pid: libc::pid_t) -> io::Result<Child> {
         match process_descriptor(pid) {
             Ok(descriptor) => Ok(Child { pid, descriptor, is_ours: true, status: Mutex::new(None), is_left: false }),
@@ -40,16 +40,16 @@ impl Child {
         }
     }
 
-    /// Wraps a process that somebody else started, by its descriptor: a returning supervisor adopts its predecessor's processes.
+    /// Wraps a process that another process started, by its descriptor: a returning supervisor adopts its predecessor's processes.
     ///
     /// # Errors
-    /// `InvalidData` if the descriptor is not that of a process.
+    /// `InvalidData` if the descriptor does not refer to a process.
     pub fn adopt(descriptor: OwnedFd) -> io::Result<Child> {
         let pid = pid_of(descriptor.as_fd())?;
         Ok(Child { pid, descriptor, is_ours: false, status: Mutex::new(None), is_left: true })
     }
 
-    /// Returns its number; -1 for an adopted process that had ended already.
+    /// Returns the process ID; -1 for an adopted process that had already exited.
     pub fn pid(&self) -> i32 {
         self.pid
     }
@@ -62,7 +62,7 @@ impl Child {
         self.descriptor.try_clone()
     }
 
-    /// Waits until it has ended, at most `limit`, and reaps it. Returns how it ended, or `None` if it still runs.
+    /// Waits for at most `limit` until the process has exited, and reaps it. Returns its exit status, or `None` if it is still running.
     pub fn wait(&self, limit: Duration) -> Option<Status> {
         let deadline = Instant::now() + limit;
         let mut status = self.status.lock().unwrap_or_else(PoisonError::into_inner);
@@ -72,17 +72,17 @@ impl Child {
         *status
     }
 
-    /// Returns true if it still runs.
+    /// Returns true if the process is still running.
     pub fn is_running(&self) -> bool {
         self.wait(Duration::ZERO).is_none()
     }
 
-    /// Kills it immediately (SIGKILL).
+    /// Kills the process immediately (SIGKILL).
     pub fn kill(&self) {
         signal(self.descriptor.as_fd(), libc::SIGKILL);
     }
 
-    /// Asks it to end (SIGTERM), and kills it after `grace`. Returns how it ended.
+    /// Asks the process to exit (SIGTERM), and kills it after `grace`. Returns its exit status.
     pub fn end(&self, grace: Duration) -> Status {
         signal(self.descriptor.as_fd(), libc::SIGTERM);
         // A stopped process would not receive the request.
@@ -94,12 +94,12 @@ impl Child {
         self.wait(GRACE).unwrap_or(Status::Ended)
     }
 
-    /// Lets it continue without us.
+    /// Lets the process continue to run after this one has exited.
     pub fn leave(mut self) {
         self.is_left = true;
     }
 
-    /// Removes its remains: the rest of its group and, if it is our child, its zombie.
+    /// Removes the process's remains: the rest of its group and, if it is a child of this process, its zombie.
     fn reap(&self) -> Status {
         if !self.is_ours {
             return Status::Ended;

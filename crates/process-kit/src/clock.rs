@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Monotonic clock, which all processes of a host share.
+//! Monotonic clock shared by all processes of a host.
 
 /// Now, ns.
 pub fn now_ns() -> i64 {

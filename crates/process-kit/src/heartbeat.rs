@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Heartbeat: a counter that a process increments as long as it serves, and that others watch.
+//! Heartbeat: a counter that a process increments as long as it serves, and that other processes watch.
 use crate::SharedMemory;
 use std::io;
 use std::os::fd::OwnedFd;
 use std::sync::atomic::Ordering;
 
-/// Size of the memory in bytes: the beats, the canary, the obstacle to beating, and the reason for ending the process.
+/// Size of the memory in bytes: beats, canary, obstacle to beating, and reason for ending the process.
 const LEN: usize = 32;
 const CANARY: usize = 8;
 const HELD_UP: usize = 16;
@@ -18,7 +18,7 @@ pub struct Heartbeat {
 }
 
 impl Heartbeat {
-    /// Makes a heartbeat that has not beaten yet.
+    /// Creates a heartbeat that has not beaten yet.
     ///
     /// # Errors
     /// Fails if no memory or descriptors are left.
@@ -26,15 +26,15 @@ impl Heartbeat {
         Ok(Heartbeat { memory: SharedMemory::new(LEN)? })
     }
 
-    /// Maps the heartbeat that another process made and sent.
+    /// Maps a heartbeat that another process created and sent.
     ///
     /// # Errors
-    /// `InvalidData` if the descriptor is not that of a heartbeat.
+    /// `InvalidData` if the descriptor does not refer to a heartbeat.
     pub fn received(descriptor: OwnedFd) -> io::Result<Heartbeat> {
         Ok(Heartbeat { memory: SharedMemory::received(descriptor, LEN)? })
     }
 
-    /// Beats: one atomic store. Called by one thread. Real-time safe.
+    /// Beats once, with one atomic store. Called by one thread. Real-time safe.
     #[inline]
     pub fn beat(&self) {
         let word = self.memory.word(0);
@@ -47,12 +47,12 @@ impl Heartbeat {
         self.memory.word(0).load(Ordering::Acquire)
     }
 
-    /// Resets the count: the beating thread has ended, and its successor has not beaten yet.
+    /// Resets the count, because the beating thread has exited and its successor has not beaten yet.
     pub fn begin(&self) {
         self.memory.word(0).store(0, Ordering::Release);
     }
 
-    /// Returns the canary of this heart: a thread whose end indicates that its process is dying; 0 if there is none.
+    /// Returns the canary of this heart: a thread whose exit indicates that the process is dying; 0 if there is none.
     pub fn canary(&self) -> u64 {
         self.memory.word(CANARY).load(Ordering::Acquire)
     }
@@ -62,30 +62,31 @@ impl Heartbeat {
         self.memory.word(CANARY).store(who, Ordering::Release);
     }
 
-    /// Returns the obstacle that keeps it from beating: a number from 0 on which the process and its watcher agree; `None` if there is
-    /// none.
+    /// Returns the obstacle that keeps the heart from beating: a number, starting at 0, on whose meaning the process and its watcher
+    /// agree; `None` if there is no obstacle.
     pub fn held_up_by(&self) -> Option<usize> {
         let word = self.memory.word(HELD_UP).load(Ordering::Acquire);
         usize::try_from(word).ok()?.checked_sub(1)
     }
 
-    /// Sets or clears the obstacle that keeps it from beating.
+    /// Sets or clears the obstacle that keeps the heart from beating.
     pub fn hold_up(&self, by: Option<usize>) {
         self.memory.word(HELD_UP).store(by.map_or(0, |number| number as u64 + 1), Ordering::Release);
     }
 
-    /// Returns the reason for which a watcher ended its process: a number from 1 on which all watchers agree; 0 if none did.
+    /// Returns the reason for which a watcher ended the process: a number, starting at 1, on whose meaning all watchers agree; 0 if no
+    /// watcher ended it.
     pub fn ended_for(&self) -> u64 {
         self.memory.word(ENDED_FOR).load(Ordering::Acquire)
     }
 
-    /// Records the reason why its process is about to be ended, for all other watchers. The first reason is kept.
+    /// Records, for all other watchers, the reason for which the process is about to be ended. The first reason is kept.
     pub fn end_for(&self, why: u64) {
         // An existing reason is kept.
         let _first = self.memory.word(ENDED_FOR).compare_exchange(0, why, Ordering::AcqRel, Ordering::Acquire);
     }
 
-    /// Returns a descriptor of it, for the process that beats or one that watches.
+    /// Returns a descriptor of the heartbeat, for the process that beats or for one that watches it.
     ///
     /// # Errors
     /// Fails if no descriptors are left.

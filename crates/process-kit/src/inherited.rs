@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Descriptors that a process inherits; one environment variable contains their names and numbers.
+//! Descriptors that a process inherits. One environment variable contains their names and numbers.
 use std::fmt;
 use std::os::fd::{FromRawFd, OwnedFd, RawFd};
 use std::sync::{Mutex, PoisonError};
 
-/// Environment variable with `name=number` for each descriptor, separated by commas.
+/// Environment variable that contains `name=number` for each descriptor, separated by commas.
 pub const DESCRIPTORS: &str = "OPENGPAC_DESCRIPTORS";
 
-/// Numbers that have been taken, since a descriptor has one owner.
+/// Descriptor numbers that have been taken, because a descriptor has only one owner.
 static TAKEN: Mutex<Vec<RawFd>> = Mutex::new(Vec::new());
 
-/// Takes the descriptor that this process inherited as `name`, once. It is not inherited by processes that this one starts.
+/// Takes the descriptor that this process inherited as `name`, once. Processes started by this one do not inherit it.
 ///
 /// # Errors
-/// [`NotInherited`], which contains the name and the inherited ones.
+/// [`NotInherited`], which contains the requested name and the inherited ones.
 pub fn inherited(name: &str) -> Result<OwnedFd, NotInherited> {
     let given = std::env::var(DESCRIPTORS).unwrap_or_default();
     let refuse = |problem: &str| NotInherited { name: name.to_owned(), given: given.clone(), problem: problem.to_owned() };
@@ -44,7 +44,7 @@ pub struct NotInherited {
     pub name: String,
     /// Value of the environment variable.
     pub given: String,
-    /// Human-readable problem.
+    /// Human-readable description of the problem.
     pub problem: String,
 }
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Start of a process: it inherits only named descriptors, all others are closed.
+//! Start of a process, which inherits only the named descriptors; all others are closed.
 //!
-//! It is started without copying this process: a fork marks every page of the parent, and the next store of a real-time thread to each of
-//! them would cause a page fault.
+//! It is started without copying this process: a fork marks every page of the parent, so that the next store of a real-time thread to
+//! each of them would cause a page fault.
 use crate::{Child, DESCRIPTORS};
 use std::collections::BTreeMap;
 use std::ffi::{CStr, CString, OsString};
@@ -17,14 +17,14 @@ unsafe extern "C" {
     fn posix_spawn_file_actions_addclosefrom_np(actions: *mut libc::posix_spawn_file_actions_t, from: libc::c_int) -> libc::c_int;
 }
 
-/// First number of a passed descriptor, after the standard streams.
+/// Number of the first passed descriptor, after the standard streams.
 const FIRST: RawFd = 3;
 
-/// A process to start: its command line, inherited descriptors, environment and limits.
+/// A process to be started: its command line, inherited descriptors, environment and limits.
 ///
-/// It gets a process group of its own, so that Ctrl-C at the terminal does not reach it. It has no input, writes to our outputs, and runs
-/// on the processor cores of our main thread, no matter which thread starts it. Its priority is ordinary unless it is started
-/// [urgently](Launch::urgently). It survives us.
+/// The process gets a process group of its own, so that Ctrl-C at the terminal does not reach it. It has no input, writes to the outputs
+/// of this process, and runs on the processor cores of this process's main thread, no matter which thread starts it. Its priority is
+/// ordinary unless it is started [urgently](Launch::urgently). It survives this process.
 #[derive(Debug)]
 pub struct Launch {
     command: Vec<OsString>,
@@ -35,7 +35,7 @@ pub struct Launch {
 }
 
 impl Launch {
-    /// Makes the launch of a program (searched for in `PATH` unless it contains a `/`) with its arguments.
+    /// Creates the launch of a program (searched for in `PATH` unless it contains a `/`) with its arguments.
     pub fn new(command: impl IntoIterator<Item = OsString>) -> Launch {
         Launch {
             command: command.into_iter().collect(),
@@ -58,16 +58,17 @@ impl Launch {
         self
     }
 
-    /// Sets the processor time that one of its real-time threads may use without sleeping (`RLIMIT_RTTIME`): beyond it a runaway loop is
-    /// signalled and, one second later, killed. It applies from the first instruction, because it is inherited: a higher limit of ours is
-    /// lowered to the same value, as every process with kernels has one. Our limit is the default.
+    /// Sets the CPU time that a real-time thread of the process may use without sleeping (`RLIMIT_RTTIME`): a runaway loop that exceeds
+    /// it is signalled and, one second later, killed. The limit applies from the first instruction, because it is inherited: a higher
+    /// limit of this process is lowered to the same value, because every process with kernels has such a limit. The default is the limit
+    /// of this process.
     pub fn real_time_max(mut self, limit: Duration) -> Launch {
         self.real_time_max = Some(limit);
         self
     }
 
-    /// Requests that the process starts at the priority of the calling thread, which waits until the program is in place: at a real-time
-    /// priority, no load delays either of them. The process keeps this priority until it sets another one.
+    /// Starts the process at the priority of the calling thread, which waits until the program is loaded: at a real-time priority, no
+    /// load delays either of them. The process keeps this priority until it sets another one.
     pub fn urgently(mut self) -> Launch {
         self.is_urgent = true;
         self
@@ -76,7 +77,7 @@ impl Launch {
     /// Starts the process. Not on the real-time path.
     ///
     /// # Errors
-    /// [`LaunchError`] if there is no such program, no right to run it, or no room for a process.
+    /// [`LaunchError`] if there is no such program, there is no permission to run it, or the system has no processes left.
     pub fn start(mut self) -> Result<Child, LaunchError> {
         let fail = |problem: String| LaunchError { command: words(&self.command), problem };
         let names: Vec<String> = self.descriptors.iter().zip(FIRST..).map(|((name, _), number)| format!("{name}={number}")).collect();
@@ -131,7 +132,7 @@ fn check(result: libc::c_int) -> io::Result<()> {
     if result == 0 { Ok(()) } else { Err(io::Error::from_raw_os_error(result)) }
 }
 
-/// Starts a process that has `descriptors` as `FIRST`, `FIRST + 1`, …, and none above.
+/// Starts a process that has `descriptors` as `FIRST`, `FIRST + 1`, …, and no higher ones.
 fn spawn(arguments: &[CString], variables: &[CString], descriptors: &[RawFd], is_urgent: bool) -> io::Result<libc::pid_t> {
     let end = FIRST + descriptors.len() as RawFd;
     // Duplicates above all target numbers, so that none is overwritten before it is passed.
@@ -154,8 +155,8 @@ fn spawn(arguments: &[CString], variables: &[CString], descriptors: &[RawFd], is
     Ok(pid)
 }
 
-/// Returns the attributes of the spawn: a process group of its own, ordinary scheduling (that of this thread if `is_urgent`), no signal
-/// blocked or ignored.
+/// Returns the attributes of the spawn: a process group of its own, ordinary scheduling (that of this thread if `is_urgent`), and no
+/// signal blocked or ignored.
 fn plan(is_urgent: bool) -> io::Result<Plan> {
     // SAFETY: all zeroes is storage that the two calls initialise.
     let mut plan: Plan = unsafe {
@@ -200,7 +201,8 @@ fn duplicate(descriptor: RawFd, from: RawFd) -> io::Result<OwnedFd> {
     }
 }
 
-/// Lowers our own limit permanently: raising it again could affect a thread that relies on it. If it fails, `settle` remains.
+/// Lowers the limit of this process permanently: raising it again could affect a thread that relies on it. If this fails, `settle` sets
+/// the limit.
 fn limit_ours(limit: Duration) {
     let us = libc::rlim_t::try_from(limit.as_micros()).unwrap_or(libc::RLIM_INFINITY);
     // SAFETY: reads and lowers a limit of this process, through a value of our own.
@@ -213,8 +215,8 @@ fn limit_ours(limit: Duration) {
     }
 }
 
-/// Sets attributes that a spawn cannot: the cores of our main thread (the starting thread may be pinned), and the exact limit, if ours is
-/// lower or has another hard limit. The process may already be running by then.
+/// Sets attributes that a spawn cannot set: the cores of the main thread of this process (because the starting thread may be pinned), and
+/// the exact limit, if the limit of this process is lower or has a different hard limit. The new process may already be running by then.
 fn settle(pid: libc::pid_t, real_time_max: Option<Duration>) -> io::Result<()> {
     // SAFETY: sets of our own; a process that has ended already is left alone.
     unsafe {
@@ -239,7 +241,7 @@ fn settle(pid: libc::pid_t, real_time_max: Option<Duration>) -> io::Result<()> {
 pub struct LaunchError {
     /// Command line of the process.
     pub command: String,
-    /// Human-readable problem.
+    /// Human-readable description of the problem.
     pub problem: String,
 }
 

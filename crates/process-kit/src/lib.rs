@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes of one host: how they are started and how they end, and the link between two of them.
+//! Processes of one host: their start and their end, and the link between two of them.
 //!
 //! | | |
 //! |---|---|
 //! | [`Launch`], [`Child`], [`Status`] | a process that is started with named descriptors, ended, and reaped |
 //! | [`has_ended`], [`ended`], [`signal`], [`pid_of`], [`this_process`] | any process, through a descriptor of it |
 //! | [`UnixLink`], [`Listener`], [`connect`] | frames and descriptors between two processes |
-//! | [`SharedMemory`], [`Heartbeat`] | memory that processes share and that nobody has to clean up |
-//! | [`Silence`] | time since the last message of the other side, without standstills of this side |
+//! | [`SharedMemory`], [`Heartbeat`] | memory that processes share and that needs no cleaning up |
+//! | [`Silence`] | time since the last message of the other side, excluding suspensions of this side |
 //! | [`Restarts`] | limit on restarting a lost process |
-//! | [`ChildChange`], [`next_change`] | stop, continuation or end of a child |
-//! | [`may_lock_all`], [`stand_back`] | a right that a process requests from the operating system, and one that it gives up |
+//! | [`ChildChange`], [`next_change`] | stop, continuation or exit of a child |
+//! | [`may_lock_all`], [`stand_back`] | a privilege that a process requests from the operating system, and one that it gives up |
 //!
 //! This crate does not depend on devices, kernels or text formats.
 mod child;

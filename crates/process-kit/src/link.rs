@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Link between two processes of one host: frames over a Unix socket, optionally with descriptors.
 //!
-//! A frame is its length and its number of descriptors, four bytes each, then its bytes. Both are checked first; a frame that exceeds the
-//! limits closes the link, because the bytes that follow cannot be parsed.
+//! A frame consists of its length and its number of descriptors, four bytes each, followed by its bytes. Both are checked first; a frame
+//! that exceeds the limits closes the link, because the bytes that follow cannot be parsed.
 use crate::passing::{self, DESCRIPTORS_MAX};
 use interconnect::{Link, LinkClosed};
 use std::io;
@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 /// Maximum size of a frame: 64 MiB.
 pub const FRAME_LEN_MAX: usize = 64 << 20;
 const HEADER: usize = 8;
-/// Memory is allocated as bytes arrive, not as announced by the header.
+/// Increment in which memory is allocated as bytes arrive, whatever length the header declares.
 const ROOM: usize = 1 << 18;
 
 /// A frame with its descriptors.
@@ -28,17 +28,17 @@ pub struct UnixLink {
     incoming: Mutex<Incoming>,
 }
 
-/// Received part of the next frame.
+/// Part of the next frame that has been received.
 #[derive(Debug, Default)]
 struct Incoming {
     bytes: Vec<u8>,
     descriptors: Vec<OwnedFd>,
-    /// Number of valid bytes in `bytes`.
+    /// Number of bytes received so far in `bytes`.
     have: usize,
 }
 
 impl UnixLink {
-    /// Makes the two sides of a new link: one to keep, one to pass to a process that is started.
+    /// Creates the two sides of a new link: one to keep, and one to pass to a process that is started.
     ///
     /// # Errors
     /// Fails if no descriptors are left.
@@ -47,7 +47,8 @@ impl UnixLink {
         Ok((UnixLink::of(ours)?, theirs.into()))
     }
 
-    /// Wraps the socket passed to this process as one side of a link. Anything but a connected Unix stream socket gives a closed link.
+    /// Wraps the socket passed to this process as one side of a link. The link is closed if the socket is not a connected Unix stream
+    /// socket.
     ///
     /// # Errors
     /// Fails if the descriptor is not a socket.
@@ -60,8 +61,8 @@ impl UnixLink {
         Ok(UnixLink { socket, sending: Mutex::new(()), incoming: Mutex::default() })
     }
 
-    /// Sends a frame and duplicates of at most [`DESCRIPTORS_MAX`] descriptors. If there is no room within `limit`, the link is closed,
-    /// because half a frame cannot be taken back.
+    /// Sends a frame and duplicates of at most [`DESCRIPTORS_MAX`] descriptors. If the socket's buffer stays full for `limit`, the link
+    /// is closed, because a partly sent frame cannot be withdrawn.
     ///
     /// # Errors
     /// [`LinkClosed`] if the other side has disconnected, or did not read for `limit`.
@@ -125,7 +126,7 @@ impl UnixLink {
         }
     }
 
-    /// Waits until the socket is ready or closed, and returns true. Returns false at the deadline.
+    /// Waits until the socket is ready or closed, then returns true. Returns false at the deadline.
     fn ready(&self, events: libc::c_short, deadline: Option<Instant>) -> bool {
         loop {
             let left = deadline.map(|deadline| deadline.saturating_duration_since(Instant::now()));
@@ -171,7 +172,7 @@ impl Link for UnixLink {
 }
 
 impl AsFd for UnixLink {
-    /// Returns the socket, to be polled with others.
+    /// Returns the socket, so that it can be polled with others.
     fn as_fd(&self) -> BorrowedFd<'_> {
         self.socket.as_fd()
     }
@@ -190,7 +191,7 @@ enum Progress {
 }
 
 impl Incoming {
-    /// Receives once.
+    /// Receives from the socket once.
     fn take(&mut self, socket: BorrowedFd<'_>) -> Result<Progress, LinkClosed> {
         let (len, promised) = if self.have < HEADER { (0, 0) } else { self.header()? };
         let end = if self.have < HEADER { HEADER } else { HEADER + len };
@@ -215,7 +216,7 @@ impl Incoming {
         }
     }
 
-    /// Decodes the header: numbers of bytes and descriptors.
+    /// Decodes the header: the number of bytes and the number of descriptors.
     fn header(&self) -> Result<(usize, usize), LinkClosed> {
         let number = |at: usize| u32::from_le_bytes(self.bytes[at..at + 4].try_into().expect("four bytes")) as usize;
         let (len, descriptors) = (number(0), number(4));

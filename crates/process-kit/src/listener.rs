@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Unix sockets by which processes of one user find each other, in folders that only this user can enter.
+//! Unix sockets by which processes of one user find one another, in folders that only this user can enter.
 use crate::UnixLink;
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, FromRawFd, OwnedFd};
@@ -9,7 +9,7 @@ use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Waits for links at a path, which is removed when this is dropped.
+/// Waits for links at a path, which is removed when the listener is dropped.
 #[derive(Debug)]
 pub struct Listener {
     socket: UnixListener,
@@ -20,10 +20,10 @@ pub struct Listener {
 const WAITING_MAX: i32 = 16;
 
 impl Listener {
-    /// Listens at `path`, with mode 0600, replacing a socket left by a dead process.
+    /// Listens at `path`, with mode 0600, replacing a socket left behind by a dead process.
     ///
     /// # Errors
-    /// `AddrInUse` if a process listens there; otherwise the error of the operating system, for example for a path longer than 107
+    /// `AddrInUse` if a process listens there; otherwise the error of the operating system, for example if the path is longer than 107
     /// bytes.
     pub fn listen(path: &Path) -> io::Result<Listener> {
         let socket = match bind(path) {
@@ -37,7 +37,7 @@ impl Listener {
         Ok(Listener { socket, path: path.to_owned() })
     }
 
-    /// Returns the next pending link, if any; rejects processes of another user.
+    /// Returns the next pending link, if any; rejects processes of other users.
     ///
     /// # Errors
     /// Fails if no descriptors are left.
@@ -55,21 +55,21 @@ impl Listener {
         }
     }
 
-    /// Waits until a link is pending, at most `limit`; returns whether one is.
+    /// Waits for at most `limit` until a link is pending; returns true if one is.
     pub fn wait(&self, limit: Duration) -> bool {
         let mut poll = libc::pollfd { fd: self.socket.as_raw_fd(), events: libc::POLLIN, revents: 0 };
         // SAFETY: one entry of our own.
         unsafe { libc::poll(&mut poll, 1, i32::try_from(limit.as_millis()).unwrap_or(i32::MAX)) > 0 }
     }
 
-    /// Returns the path at which it listens.
+    /// Returns the path of the socket.
     pub fn path(&self) -> &Path {
         &self.path
     }
 }
 
 impl AsFd for Listener {
-    /// Returns the socket, to be polled with others.
+    /// Returns the socket, so that it can be polled with others.
     fn as_fd(&self) -> BorrowedFd<'_> {
         self.socket.as_fd()
     }
@@ -85,17 +85,17 @@ impl Drop for Listener {
 /// Connects to the process that listens at `path`.
 ///
 /// # Errors
-/// `NotFound` or `ConnectionRefused` if none does.
+/// `NotFound` or `ConnectionRefused` if no process listens there.
 pub fn connect(path: &Path) -> io::Result<UnixLink> {
     UnixLink::of(UnixStream::connect(path)?)
 }
 
-/// Returns true if no process listens at the socket `path`, because it was killed.
+/// Returns true if no process listens at the socket `path`, because the process was killed.
 pub fn is_abandoned(path: &Path) -> bool {
     matches!(UnixStream::connect(path), Err(error) if error.kind() == io::ErrorKind::ConnectionRefused)
 }
 
-/// Makes a listening socket whose mode is set before it gets its name.
+/// Creates a listening socket whose mode is set before its name becomes visible.
 fn bind(path: &Path) -> io::Result<UnixListener> {
     // SAFETY: makes a socket, which is owned at once.
     let socket = unsafe {
@@ -129,11 +129,11 @@ fn user_id() -> u32 {
     unsafe { libc::geteuid() }
 }
 
-/// Returns the folder of this user's sockets: `opengpac` in `XDG_RUNTIME_DIR`, else `opengpac-USER` in the folder of temporary files;
-/// creates it if necessary, mode 0700.
+/// Returns the folder of this user's sockets: `opengpac` in `XDG_RUNTIME_DIR`, otherwise `opengpac-USER` in the folder of temporary
+/// files. Creates it with mode 0700 if necessary.
 ///
 /// # Errors
-/// `PermissionDenied` if it was made by another user, or others may enter it.
+/// `PermissionDenied` if it was created by another user, or other users may enter it.
 pub fn run_folder() -> io::Result<PathBuf> {
     let folder = match std::env::var_os("XDG_RUNTIME_DIR") {
         Some(folder) if Path::new(&folder).is_dir() => Path::new(&folder).join("opengpac"),
@@ -151,7 +151,7 @@ pub fn run_folder() -> io::Result<PathBuf> {
     Ok(folder)
 }
 
-/// Makes a new folder in [`run_folder`], mode 0700. The caller must remove it.
+/// Creates a new folder in [`run_folder`], with mode 0700. The caller must remove it.
 ///
 /// # Errors
 /// As for [`run_folder`].

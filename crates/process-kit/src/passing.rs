@@ -16,7 +16,7 @@ const _: () = {
     assert!(needed as usize <= 256);
 };
 
-/// Sends as many bytes as there is room for, at least one, and the descriptors with the first. Never waits.
+/// Sends as many bytes as fit, at least one, with the descriptors attached to the first byte. Never blocks.
 pub(crate) fn send(socket: BorrowedFd<'_>, bytes: &[u8], descriptors: &[BorrowedFd<'_>]) -> io::Result<usize> {
     let mut control = Control([0; 256]);
     let mut part = libc::iovec { iov_base: bytes.as_ptr().cast_mut().cast(), iov_len: bytes.len() };
@@ -48,10 +48,11 @@ pub(crate) fn send(socket: BorrowedFd<'_>, bytes: &[u8], descriptors: &[Borrowed
     }
 }
 
-/// Receives available bytes, and appends the descriptors that arrived with them. 0 bytes: the other side has closed. Never waits.
+/// Receives available bytes, and appends the descriptors that arrived with them. Returns 0 if the other side has closed the socket. Never
+/// blocks.
 ///
 /// # Errors
-/// `InvalidData` if descriptors were lost (more than fit, or this process may open no more).
+/// `InvalidData` if descriptors were lost, because they did not fit or this process has reached its descriptor limit.
 pub(crate) fn receive(socket: BorrowedFd<'_>, bytes: &mut [u8], descriptors: &mut Vec<OwnedFd>) -> io::Result<usize> {
     let mut control = Control([0; 256]);
     let mut part = libc::iovec { iov_base: bytes.as_mut_ptr().cast(), iov_len: bytes.len() };

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A process, held by a descriptor of it, never by its number alone, which may have been reused.
+//! A process, held by a descriptor, never by its process ID alone, which may have been reused.
 use std::io;
 use std::os::fd::{AsRawFd, BorrowedFd, FromRawFd, OwnedFd};
 use std::time::{Duration, Instant};
 
-/// Returns a descriptor of a process, which signals its end, and by which only this process can be signalled.
+/// Returns a descriptor of a process. It becomes readable when the process exits, and signals sent through it cannot reach any other
+/// process.
 ///
 /// # Errors
-/// Fails if there is no such process, or no descriptor is left.
+/// Fails if there is no such process, or no descriptors are left.
 pub fn process_descriptor(pid: libc::pid_t) -> io::Result<OwnedFd> {
     // SAFETY: asks for a descriptor; it is closed on exec by itself.
     match unsafe { libc::syscall(libc::SYS_pidfd_open, pid, 0) } {
@@ -19,7 +20,7 @@ pub fn process_descriptor(pid: libc::pid_t) -> io::Result<OwnedFd> {
     }
 }
 
-/// Returns a descriptor of this process, to be sent to the guard.
+/// Returns a descriptor of this process, to send to the guard.
 ///
 /// # Errors
 /// Fails if no descriptors are left.
@@ -27,24 +28,24 @@ pub fn this_process() -> io::Result<OwnedFd> {
     process_descriptor(std::process::id().cast_signed())
 }
 
-/// Returns the number of a process; -1 if it has ended and was reaped.
+/// Returns the process ID; -1 if the process has exited and was reaped.
 ///
 /// # Errors
-/// `InvalidData` if the descriptor is not that of a process.
+/// `InvalidData` if the descriptor does not refer to a process.
 pub fn pid_of(process: BorrowedFd<'_>) -> io::Result<libc::pid_t> {
     let about = std::fs::read_to_string(format!("/proc/self/fdinfo/{}", process.as_raw_fd()))?;
     let pid = about.lines().find_map(|line| line.strip_prefix("Pid:")?.trim().parse::<libc::pid_t>().ok());
     pid.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "the descriptor is not one of a process"))
 }
 
-/// Returns true if a process has ended. Never waits.
+/// Returns true if a process has exited. Never blocks.
 pub fn has_ended(process: BorrowedFd<'_>) -> bool {
     let mut poll = libc::pollfd { fd: process.as_raw_fd(), events: libc::POLLIN, revents: 0 };
     // SAFETY: one entry of our own; no time to wait.
     unsafe { libc::poll(&mut poll, 1, 0) > 0 }
 }
 
-/// Waits until the process has ended, at most `limit`; returns true if it has.
+/// Waits for at most `limit` until the process has exited; returns true if it has.
 pub fn ended(process: BorrowedFd<'_>, limit: Duration) -> bool {
     let deadline = Instant::now() + limit;
     loop {
@@ -68,13 +69,13 @@ pub enum ChildChange {
     Stopped,
     /// The stopped child has continued.
     Continued,
-    /// The child has ended.
+    /// The child has exited.
     Ended,
 }
 
-/// Waits for the next state change of a child without reaping it: its end, or [`ChildChange::Continued`] if it `is_stopped`, else
-/// [`ChildChange::Stopped`]. A stop by a debugger is not reported. A process that is not a child of this one, or has been reaped, counts
-/// as ended.
+/// Waits for the next state change of a child without reaping it: its exit, or [`ChildChange::Continued`] if it `is_stopped`, or
+/// otherwise [`ChildChange::Stopped`]. A stop by a debugger is not reported. A process that is not a child of this one, or has been
+/// reaped, counts as exited.
 pub fn next_change(child: BorrowedFd<'_>, is_stopped: bool) -> ChildChange {
     let change = if is_stopped { libc::WCONTINUED } else { libc::WSTOPPED };
     loop {
@@ -93,7 +94,7 @@ pub fn next_change(child: BorrowedFd<'_>, is_stopped: bool) -> ChildChange {
     }
 }
 
-/// Signals this process only. Returns false if it has ended, or without the right to signal it.
+/// Sends a signal to exactly this process. Returns false if it has exited, or the permission to signal it is missing.
 pub fn signal(process: BorrowedFd<'_>, signal: i32) -> bool {
     // SAFETY: takes no memory of ours.
     unsafe { libc::syscall(libc::SYS_pidfd_send_signal, process.as_raw_fd(), signal, std::ptr::null::<libc::siginfo_t>(), 0) == 0 }

@@ -18,18 +18,18 @@ use std::time::Duration;
 pub struct Restarts {
     most: u32,
     within: Duration,
-    /// Times of the restarts within the window, ns, oldest first; at most `most`.
+    /// Times of the restarts within the window, ns, oldest first; at most `most` entries.
     recent: VecDeque<i64>,
 }
 
 impl Restarts {
-    /// Makes a limit. With `most` 0, no restart is allowed.
+    /// Creates a limit. If `most` is 0, no restart is allowed.
     pub fn new(most: u32, within: Duration) -> Restarts {
         Restarts { most, within, recent: VecDeque::new() }
     }
 
-    /// Counts a restart at `now_ns` if it is within the limit; returns whether it is. Times must not go back: an earlier time counts as
-    /// the latest known.
+    /// Counts a restart at `now_ns` if the limit allows it; returns true if it does. Times must not run backwards: an earlier time is
+    /// treated as the latest one so far.
     pub fn allow(&mut self, now_ns: i64) -> bool {
         let now_ns = self.recent.back().map_or(now_ns, |latest| now_ns.max(*latest));
         let within_ns = i64::try_from(self.within.as_nanos()).unwrap_or(i64::MAX);
@@ -48,7 +48,7 @@ impl Restarts {
         self.recent.len()
     }
 
-    /// Forgets all restarts, after a reset by a person.
+    /// Forgets all restarts, after a person has reset the limit.
     pub fn forget(&mut self) {
         self.recent.clear();
     }

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rights that a process requests from the operating system, and rights that it gives up.
+//! Privileges that a process requests from the operating system, and privileges that it gives up.
 
-/// Niceness of a low-priority process: normal ones get nine times its processor time.
+/// Niceness of a low-priority process: normal processes get nine times its CPU time.
 const NICE: libc::c_int = 10;
 
-/// Permanently gives other processes precedence, for work beside a running machine.
+/// Permanently gives other processes precedence, for background work on a host that controls a machine.
 pub fn stand_back() {
     // SAFETY: sets a priority of this process alone. Lowering it is never refused.
     unsafe {
@@ -12,8 +12,8 @@ pub fn stand_back() {
     }
 }
 
-/// Returns true if this process may lock any amount of memory, since a limit would make later allocations fail. Removes the limit if that
-/// is permitted.
+/// Returns true if this process may lock any amount of memory; under a limit, later allocations would fail. Removes the limit if
+/// permitted.
 pub fn may_lock_all() -> bool {
     let any = libc::rlimit { rlim_cur: libc::RLIM_INFINITY, rlim_max: libc::RLIM_INFINITY };
     // SAFETY: a limit of the process's own.
@@ -25,7 +25,7 @@ pub fn may_lock_all() -> bool {
 fn ignores_the_limit() -> bool {
     const VERSION_3: u32 = 0x2008_0522;
     const IPC_LOCK: u32 = 1 << 14;
-    /// Effective, permitted, inheritable sets: for capabilities 0 to 31, then for those above.
+    /// Effective, permitted and inheritable sets, first for capabilities 0 to 31, then for the higher ones.
     type Sets = [[u32; 3]; 2];
     let (who, mut sets) = ([VERSION_3, 0], Sets::default());
     // SAFETY: the kernel reads a version and a process (0: this one), and writes the sets of that version.

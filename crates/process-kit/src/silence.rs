@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Silence of the other side, as measured by this side, which polls from time to time.
+//! Silence of the other side, as measured by this side, which polls occasionally.
 use std::time::{Duration, Instant};
 
-/// Maximum time counted between two polls: any excess is a standstill of this side or of the whole machine, not silence of the other
+/// Maximum time counted between two polls: any excess is a suspension of this side or of the whole machine, not silence of the other
 /// side.
 const LOOK_MAX: Duration = Duration::from_millis(250);
 
@@ -19,7 +19,7 @@ impl Silence {
         Silence { looked: Instant::now(), lasted: Duration::ZERO }
     }
 
-    /// Records a poll; `heard`: a message has arrived since the previous one.
+    /// Records a poll; `heard`: a message has arrived since the previous poll.
     pub fn looked(&mut self, heard: bool) {
         self.looked_at(heard, Instant::now());
     }

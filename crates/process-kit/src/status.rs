@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! End of a process, with its description.
+//! Exit of a process, with its description.
 use std::fmt;
 
-/// End of a process.
+/// Exit of a process.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
     /// The process exited with this status.
@@ -14,7 +14,7 @@ pub enum Status {
         /// True if a core dump was written.
         core: bool,
     },
-    /// The process has ended; only its parent, which this process is not, knows how.
+    /// The process has exited; its status is known only to its parent, which is not this process.
     Ended,
 }
 
@@ -35,7 +35,7 @@ impl fmt::Display for Status {
     }
 }
 
-/// Returns name and meaning of a signal that ends processes.
+/// Returns the name and meaning of a signal that ends processes.
 fn signal_words(signal: i32) -> Option<(&'static str, &'static str)> {
     Some(match signal {
         libc::SIGKILL => ("SIGKILL", "it was killed, or memory ran out"),

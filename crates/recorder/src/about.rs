@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The description of a recording in one answer: its time span, channels and ends.
+//! Description of a recording in one answer: its time span, channels and ends.
 use crate::archive::Index;
 use crate::{ABOUT, Archive, DamagedPart, ENDS, INSTALLED, numbers};
 use model::refusal::Refusals;
@@ -7,40 +7,40 @@ use serde::Serialize;
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
 
-/// Maximum number of chunks that are read for the verbs and for the ends.
+/// Maximum number of chunks that are read to find the verbs, and to find the ends.
 const CHUNKS_MAX: usize = 32;
 
-/// Contents of a recording.
+/// Description of the contents of a recording.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RecordingContents {
-    /// Name of the system.
+    /// Name of the recorded system.
     pub system: String,
     /// Version of OpenGPAC that wrote the recording.
     pub version: String,
-    /// `virtual` or `monotonic`.
+    /// Clock of the system: `virtual` or `monotonic`.
     pub clock: String,
-    /// Time at which the system's clock was 0, s since 1970.
+    /// Time at which the system's clock was 0, s since the Unix epoch.
     pub epoch_unix_s: f64,
-    /// First and last time in the recording, ns on the system's clock.
+    /// Earliest and latest time in the recording, ns on the system's clock.
     pub begins_ns: i64,
     pub ends_ns: i64,
-    /// False if the file has no end: it is still being recorded, or its recorder was killed, or the disk was full.
+    /// False if the file has no end record because it is still being recorded, its recorder was killed, or the disk was full.
     pub complete: bool,
-    /// True if the recording can be replayed: `opengpac replay`.
+    /// True if `opengpac replay` can replay the recording.
     pub replay: bool,
     pub channels: Vec<RecordedChannel>,
-    /// Topics of other channels: `/log`, `/ends`, …
+    /// Topics of the other channels, such as `/log` and `/ends`.
     pub topics: Vec<String>,
-    /// Installed verbs in the order of their names; of a long recording those at its beginning.
+    /// Installed verbs in alphabetical order; for a long recording, the verbs at its beginning.
     pub verbs: Vec<String>,
-    /// Ends of verb instances; of a long recording the first ones.
+    /// Ends of verb instances; for a long recording, only the first ones.
     pub ends: Vec<RecordedEnd>,
     /// Number of lost messages by channel; channels without losses are omitted.
     pub lost: BTreeMap<String, u64>,
-    /// Unreadable parts of the file, as far as they are known: the content of a chunk is checked when it is first read.
+    /// Unreadable parts of the file found so far: the content of a chunk is checked when it is first read.
     pub damage: Vec<DamagedPart>,
-    /// Description of the system in the file: `configuration` is the answer of the call of that name as JSON.
+    /// Description of the system in the file: `configuration` is the answer of the `configuration` call as JSON.
     pub metadata: BTreeMap<String, String>,
 }
 
@@ -48,13 +48,13 @@ pub struct RecordingContents {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RecordedChannel {
-    /// Name; that of a cell is `INSTANCE:CELL`.
+    /// Name; the name of a cell is `INSTANCE:CELL`.
     pub name: String,
     /// Kind: `svv` or `cell`.
     pub kind: String,
     pub type_text: String,
     pub unit: String,
-    /// Number of numbers in one value.
+    /// Number of components of one value.
     pub components: usize,
 }
 
@@ -63,13 +63,13 @@ pub struct RecordedChannel {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RecordedEnd {
     pub instance: String,
-    /// The condition that ended it.
+    /// Condition that ended the instance.
     pub condition: String,
     pub time_s: f64,
 }
 
 impl Archive {
-    /// Returns the description of the recording. Reads no values.
+    /// Returns the description of the recording. Does not read any values.
     pub fn about(&self) -> Result<RecordingContents, Refusals> {
         let (installed, _) = self.records(INSTALLED, 0, CHUNKS_MAX)?;
         let (ends, _) = self.records(ENDS, 0, CHUNKS_MAX)?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A recording on disk, read in place: returns the state at a time, and the values over a span, without reading the rest of the file.
+//! A recording on disk, read in place: looks up the state at a time, and the values over a span, without reading the rest of the file.
 use crate::reader::{DamagedPart, OURS, cannot_read};
 use crate::{ABOUT, LOST, json};
 use indexmap::IndexMap;
@@ -16,20 +16,20 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard};
 
 use crate::digest::Digest;
 
-/// Number of chunks that are kept in memory, about 1 MiB each.
+/// Number of chunks cached in memory, about 1 MiB each.
 const CHUNKS_KEPT: usize = 16;
 
-/// One channel of a recording, and the positions of its messages.
+/// Channel of a recording, with the positions of its messages.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Track {
-    /// Type of an SVV or cell, its kind (`svv` or `cell`), and its unit.
+    /// Type of the SVV or cell, its kind (`svv` or `cell`), and its unit.
     pub values: Option<Values>,
     ids: Vec<u16>,
     /// Chunks that contain messages of the channel.
     pub chunks: Vec<usize>,
-    /// Floor of each of these chunks: no message in it or after it is earlier than this.
+    /// Floor of each of these chunks: no message in or after the chunk is earlier.
     floors: Vec<u64>,
-    /// Number of the channel's messages in the chunks before each of these.
+    /// Number of the channel's messages that precede each of these chunks.
     before: Vec<usize>,
     messages: usize,
 }
@@ -56,11 +56,11 @@ impl Track {
     }
 }
 
-/// Description of a file without its messages.
+/// Description of a file, without its messages.
 pub(crate) struct Index {
     pub file: IndexedFile,
     pub tracks: IndexMap<String, Track>,
-    /// Bounds of each chunk: no value in it or after it is earlier than the floor, and none in it or before it is later than the ceiling.
+    /// Bounds of each chunk: no value in or after it is earlier than the floor, and no value in or before it is later than the ceiling.
     pub floors: Vec<u64>,
     pub ceilings: Vec<u64>,
     taken: usize,
@@ -71,13 +71,13 @@ pub struct Archive {
     pub(crate) path: PathBuf,
     index: RwLock<Index>,
     chunks: Mutex<VecDeque<(usize, Arc<Chunk>)>>,
-    /// Chunks that were found to be damaged when they were read, and the kind of damage.
+    /// Chunks that were found to be damaged when read, with the kind of damage.
     damaged: Mutex<BTreeMap<usize, &'static str>>,
     /// Digests by channel and chunk.
     digests: Mutex<HashMap<(String, usize), Arc<Digest>>>,
 }
 
-/// Value, number and time, ns.
+/// A value, its number, and its time in ns.
 pub(crate) type Reading = (Vec<u8>, u64, i64);
 
 /// A message of a channel without values.
@@ -109,7 +109,7 @@ impl Archive {
         Ok(Archive { path: path.to_owned(), index: RwLock::new(index), chunks, damaged, digests })
     }
 
-    /// Reads the part of an unfinished recording that was written since.
+    /// Reads the part of an unfinished recording written since the last call.
     pub fn refresh(&self) -> Result<(), Refusals> {
         if self.index().file.is_whole() {
             return Ok(());
@@ -121,13 +121,13 @@ impl Archive {
         Ok(())
     }
 
-    /// Returns true if the recording has a channel of that name.
+    /// Returns true if the recording has a channel with that name.
     pub fn has(&self, channel: &str) -> bool {
         self.index().tracks.contains_key(channel)
     }
 
-    /// Returns value, number and time in ns of an SVV or cell as it was last stored at a time, or `None` if there was no value yet, or
-    /// the name does not exist.
+    /// Returns the value, number and time in ns of an SVV or cell as last stored at a time; `None` if there was no value yet or the name
+    /// does not exist.
     pub fn reading_at(&self, name: &str, time_ns: i64) -> Result<Option<(Value, u64, i64)>, Refusals> {
         let found = self.value_at(name, time_ns)?;
         let index = self.index();
@@ -135,7 +135,7 @@ impl Archive {
         Ok(found.zip(of).map(|((bytes, number, at_ns), of)| (of.value_type.decode(&bytes), number, at_ns)))
     }
 
-    /// Returns the value as bytes in the memory layout of its type.
+    /// Returns such a reading with the value as bytes in the memory layout of its type.
     pub(crate) fn value_at(&self, name: &str, time_ns: i64) -> Result<Option<Reading>, Refusals> {
         let index = self.index();
         let Some(Track { values: Some(values), .. }) = index.tracks.get(name) else { return Ok(None) };
@@ -147,13 +147,13 @@ impl Archive {
         }))
     }
 
-    /// Returns the last message of another channel at a time.
+    /// Returns the last message of another channel at or before a time.
     pub fn record_at(&self, topic: &str, time_ns: i64) -> Result<Option<RecordedMessage>, Refusals> {
         self.last_at(&self.index(), topic, time_ns)
     }
 
-    /// Returns messages of another channel in order, starting at number `since`, counted from 0, and the number at which the next page
-    /// begins, if there is one. Reads at most `chunks_max` chunks: earlier ones are skipped by the counts in the file's index.
+    /// Returns messages of another channel in order, starting with number `since` (counted from 0), and the number at which the next page
+    /// begins, if there is one. Reads at most `chunks_max` chunks, and skips earlier ones using the counts in the file's index.
     pub fn records(&self, topic: &str, since: usize, chunks_max: usize) -> Result<(Vec<RecordedMessage>, Option<usize>), Refusals> {
         let index = self.index();
         let mut found = Vec::new();
@@ -168,8 +168,8 @@ impl Archive {
         Ok((found, track.before.get(end).copied()))
     }
 
-    /// Returns the next time after (or before) the given one at which a value of any SVV or cell was stored: the next firing that stored
-    /// something.
+    /// Returns the next time, after or before this one, at which a value of any SVV or cell was stored; this is the next firing that
+    /// stored a value.
     pub fn firing(&self, time_ns: i64, forward: bool) -> Result<Option<i64>, Refusals> {
         let index = self.index();
         let time = unsigned(time_ns);
@@ -202,7 +202,7 @@ impl Archive {
         Ok(found.map(u64::cast_signed))
     }
 
-    /// Returns the number of lost messages by channel. For a file without an end the number is unknown.
+    /// Returns the number of lost messages by channel. If the file has no end record, the number is unknown.
     pub fn lost(&self) -> BTreeMap<String, u64> {
         let index = self.index();
         let lost = index.file.metadata.get(LOST).into_iter().flatten();
@@ -217,7 +217,7 @@ impl Archive {
         self.digests.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns the unreadable parts of the file in order, as far as they are known: the content of a chunk is checked when it is read.
+    /// Returns the unreadable parts of the file found so far, in order: the content of a chunk is checked when it is read.
     pub fn damage(&self) -> Vec<DamagedPart> {
         let index = self.index();
         let mut found = index.file.damage();
@@ -229,7 +229,7 @@ impl Archive {
         self.damaged.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns a chunk, from memory if it was read recently. A damaged chunk is returned empty.
+    /// Returns a chunk, from the cache if it was read recently. A damaged chunk is returned empty.
     pub(crate) fn chunk(&self, index: &Index, at: usize) -> Result<Arc<Chunk>, Refusals> {
         let kept = || self.chunks.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, chunk)) = kept().iter().find(|(known, _)| *known == at) {
@@ -267,7 +267,7 @@ impl Archive {
     }
 }
 
-/// Converts a time to unsigned: times in a file are not below 0.
+/// Converts a time to unsigned; times in a file are never negative.
 pub(crate) fn unsigned(time_ns: i64) -> u64 {
     u64::try_from(time_ns).unwrap_or(0)
 }
@@ -309,7 +309,7 @@ impl Index {
     }
 }
 
-/// Returns, for each position, the minimum from there on.
+/// Returns, for each position, the minimum of it and all later positions.
 fn minima(of: impl DoubleEndedIterator<Item = u64>) -> Vec<u64> {
     let mut found: Vec<u64> = of
         .rev()

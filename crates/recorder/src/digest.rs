@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Summaries of a channel's samples: first, last, minimum and maximum, and exact sums.
 
-/// Values, each with its time and number.
+/// Samples: values, each with its time and number.
 #[derive(Clone, Debug, Default)]
 pub struct Samples {
     pub times_ns: Vec<i64>,
     pub numbers: Vec<u64>,
-    /// Values one after another, the numbers of each side by side.
+    /// Values in sequence; the components of each value are adjacent.
     pub values: Vec<f64>,
 }
 
@@ -33,19 +33,20 @@ impl Samples {
     }
 }
 
-/// Digest of one number of a channel over a span; every finite value counts once.
+/// Digest of one component of a channel over a span; every finite value counts once.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "RecordedSums"))]
 pub struct Sums {
     pub count: u64,
-    /// Minimum; 0 if there is no value.
+    /// Minimum; 0 if there are no values.
     pub min: f64,
     pub max: f64,
     pub sum: f64,
     /// Sum of squares.
     pub squares: f64,
-    /// Sum of the squared differences from the mean: unlike the sum of squares less that of the mean, it is not lost among large values.
+    /// Sum of squared differences from the mean, updated directly: deriving it from the sum of squares would lose precision for large
+    /// values.
     pub spread: f64,
 }
 
@@ -75,7 +76,7 @@ impl Sums {
     }
 }
 
-/// Digest of a whole chunk of one channel as one column.
+/// Digest of a whole chunk of one channel, shown as one column.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Digest {
     pub samples: Samples,
@@ -94,7 +95,7 @@ impl Digest {
     }
 }
 
-/// Returns the indices of the first and last sample, and of the minimum and maximum of each number, in order.
+/// Returns, in order, the indices of the first and last samples, and of the minimum and maximum of each component.
 pub(crate) fn extremes(samples: &Samples, size: usize) -> Vec<usize> {
     let Some(last) = samples.len().checked_sub(1) else { return Vec::new() };
     let mut found = vec![0, last];

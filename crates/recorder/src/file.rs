@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The file: collects messages into chunks, and counts exactly how many were written and how many were lost.
+//! The file of a recording: collects messages into chunks, and keeps an exact count of written and lost messages.
 use crate::folder::Sink;
 use crate::page::{ChannelId, Definition, JSON, JSON_SCHEMA, Page};
 use crate::{LOSSES, LOST};
@@ -13,17 +13,17 @@ use std::time::{Duration, Instant};
 pub(crate) struct Count {
     pub topic: String,
     id: u16,
-    /// Messages in the file, in complete chunks.
+    /// Number of messages in the file, in complete chunks.
     pub written: u64,
-    /// Messages in the chunk that is being filled.
+    /// Number of messages in the chunk that is being filled.
     pending: u64,
-    /// Messages that were lost.
+    /// Number of messages that were lost.
     pub lost: u64,
-    /// Number of messages that were lost before this file.
+    /// Number of messages that were lost before this file was started.
     lost_before: u64,
 }
 
-/// Last message of a channel that represents a state; the next file begins with it.
+/// Last message of a channel that represents a state; the next file starts with it.
 #[derive(Default)]
 struct LastMessage {
     time_ns: i64,
@@ -31,7 +31,7 @@ struct LastMessage {
     bytes: Vec<u8>,
 }
 
-/// Beginning of the next file: every channel, and the last message of each that represents a state.
+/// Start of the next file: every channel, and the last message of each channel that represents a state.
 #[derive(Default)]
 struct Prelude {
     definitions: Vec<Definition>,
@@ -51,22 +51,22 @@ impl Prelude {
     }
 }
 
-/// A recording's file.
+/// File of a recording.
 pub(crate) struct Book {
     writer: Option<mcap::Writer<Box<dyn Sink>>>,
     pub counts: Vec<Count>,
-    /// End of the last complete chunk.
+    /// End of the last complete chunk, as an offset in bytes.
     pub bytes: u64,
     since: Instant,
-    /// Maximum time for which a chunk is filled.
+    /// Maximum time for which messages are collected into a chunk.
     chunk_max: Duration,
     pub failure: Option<String>,
     losses: Option<u16>,
-    /// `None` if no file follows.
+    /// Start of the next file; `None` if no file follows.
     prelude: Option<Prelude>,
 }
 
-/// Starts a file with its description.
+/// Starts a file by writing its description.
 fn begun(sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>)) -> io::Result<mcap::Writer<Box<dyn Sink>>> {
     let mut writer = mcap::Writer::new(sink, concat!("opengpac ", env!("CARGO_PKG_VERSION")))?;
     writer.metadata(about.0, about.1)?;
@@ -74,15 +74,16 @@ fn begun(sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>)) -> io::R
 }
 
 impl Book {
-    /// Starts the file with its description. A chunk is filled for at most `chunk_max`; `goes_on` is true if other files may follow.
+    /// Starts the file by writing its description. Messages are collected into a chunk for at most `chunk_max`; `goes_on` is true if
+    /// other files may follow.
     pub fn new(sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>), chunk_max: Duration, goes_on: bool) -> io::Result<Book> {
         let writer = begun(sink, about)?;
         let (bytes, prelude) = (writer.position(), goes_on.then(Prelude::default));
         Ok(Book { writer: Some(writer), counts: Vec::new(), bytes, since: Instant::now(), chunk_max, failure: None, losses: None, prelude })
     }
 
-    /// Finishes this file, whose size it returns, and continues in the next one, which has every channel and begins with the last message
-    /// of each that represents a state.
+    /// Finishes this file and returns its size; continues in the next file, which declares every channel and starts with the last message
+    /// of each channel that represents a state.
     pub fn go_on(&mut self, sink: Box<dyn Sink>, about: (&str, &BTreeMap<String, String>)) -> u64 {
         self.finish();
         let whole = self.bytes;
@@ -105,7 +106,7 @@ impl Book {
         whole
     }
 
-    /// Writes the description of the file again; readers use the last one.
+    /// Writes the description of the file again; readers use the last one in the file.
     pub fn say(&mut self, about: (&str, &BTreeMap<String, String>)) {
         self.finish_chunk();
         let Some(writer) = &mut self.writer else { return };
@@ -144,7 +145,7 @@ impl Book {
         }
     }
 
-    /// Writes the number of lost messages, at the time of the next message.
+    /// Writes the number of lost messages at the time of the next message.
     fn tell_loss(&mut self, channel: ChannelId, count: u64, page: &Page) {
         let time = page.entries.first().map_or(0, |entry| u64::try_from(entry.time_ns).unwrap_or(0));
         let Some(writer) = &mut self.writer else { return };
@@ -204,8 +205,8 @@ impl Book {
     }
 }
 
-/// Adds a channel and returns its number. A channel beyond the maximum of 65,535 per file gets the number 0, and all its messages are
-/// lost.
+/// Registers a channel and returns its number. Any channel beyond the maximum of 65,535 per file gets the number 0, and all its messages
+/// are lost.
 fn enter(writer: Option<&mut mcap::Writer<Box<dyn Sink>>>, of: &Definition) -> u16 {
     let Some(writer) = writer else { return 0 };
     let id = writer.channel(&of.topic, of.encoding, of.schema.as_ref(), &of.metadata);

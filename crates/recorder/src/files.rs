@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The files of a recording: one file, or a bounded series; and the free space of their disk.
+//! The files of a recording (one file, or a bounded series), and the free space on their disk.
 use crate::ABOUT;
 use crate::file::Book;
 use crate::folder::{Folder, Space};
@@ -11,22 +11,22 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Minimum size of a file, bytes: a chunk is not divided.
+/// Minimum size of a file, bytes; chunks are not divided.
 pub(crate) const SPLIT_MIN: u64 = 1_000_000;
-/// Minimum number of files that are kept: the current one and a complete one.
+/// Minimum number of files to keep: the current file and a complete one.
 const KEEP_MIN: u32 = 2;
 
-/// Bounds of the files of a recording.
+/// Limits on the files of a recording.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Bounds {
-    /// Size from which on a file is followed by the next one, bytes.
+    /// Size at which the next file is started, bytes.
     pub split: Option<u64>,
-    /// Number of files that are kept; the oldest is deleted.
+    /// Number of files to keep; beyond it the oldest is deleted.
     pub keep: Option<u32>,
 }
 
 impl Bounds {
-    /// Refuses bounds that cannot be kept, and a series of files for a recording that is to be replayed.
+    /// Refuses limits that cannot be met, and refuses to split a recording that is to be replayed.
     pub fn check(self, replay: bool) -> Result<(), Refusal> {
         let refused = |message: String, remedy: &str| Err(Refusal::new(Class::ValueRefused, message).remedy(remedy));
         match self {
@@ -53,17 +53,17 @@ pub(crate) struct Files {
     bounds: Bounds,
     pub book: Book,
     path: PathBuf,
-    /// Complete files with their sizes in bytes, oldest first.
+    /// Complete files, with their sizes in bytes, oldest first.
     whole: VecDeque<(PathBuf, u64)>,
     /// Description of the recording, which each file contains.
     said: BTreeMap<String, String>,
-    /// Free space of the disk.
+    /// Free space on the disk.
     space: Option<Space>,
     /// Size of the file when the free space was last checked, bytes.
     looked_at: u64,
 }
 
-/// Effect on the files of writing a page.
+/// Effect of writing a page on the files.
 #[derive(Default)]
 pub(crate) struct Rollover {
     /// True if the next file was started.
@@ -73,8 +73,8 @@ pub(crate) struct Rollover {
 }
 
 impl Files {
-    /// Starts the first file with the description of the recording. `left` contains the files that a previous, dead process has left,
-    /// with their sizes, oldest first; they count towards the bounds. Fails if the file cannot be created, or its disk is full.
+    /// Starts the first file with the description of the recording. `left` lists the files of a previous process that died, with their
+    /// sizes, oldest first; they count towards the limits. Fails if the file cannot be created, or if its disk is full.
     pub fn begin(
         mut folder: Box<dyn Folder>,
         bounds: Bounds,
@@ -107,7 +107,7 @@ impl Files {
         }
     }
 
-    /// Deletes the file that was started; nothing is recorded.
+    /// Deletes the file that was started, so that no recording is left behind.
     pub fn give_up(mut self) {
         let _gone = self.folder.remove(&self.path);
     }
@@ -127,7 +127,7 @@ impl Files {
         self.whole.iter().map(|(_, bytes)| bytes).sum::<u64>() + self.book.bytes
     }
 
-    /// Returns the free space of their disk in bytes, if it is known.
+    /// Returns the free space on the disk in bytes, if known.
     pub fn free(&self) -> Option<u64> {
         self.space.map(|space| space.free)
     }
@@ -142,8 +142,8 @@ impl Files {
         self.book.say((ABOUT, &self.said));
     }
 
-    /// Writes a page. The next file is started when this one has reached its size; the recording ends when the disk is as full as
-    /// permitted.
+    /// Writes a page. The next file is started when this one reaches its size limit; the recording ends when the disk has reached the
+    /// permitted fill level.
     pub fn write(&mut self, page: &Page) -> Rollover {
         self.book.write(page);
         let mut rollover = Rollover::default();
@@ -196,7 +196,7 @@ impl Files {
         }
     }
 
-    /// Deletes the oldest complete file; returns the reason if that fails.
+    /// Deletes the oldest complete file; returns the reason if this fails.
     fn delete_oldest(&mut self) -> Option<String> {
         let (path, _) = self.whole.pop_front()?;
         self.folder.remove(&path).err().map(|why| format!("'{}' cannot be deleted: {why}", path.display()))
@@ -207,7 +207,7 @@ fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Returns the reason why nothing more may be written if the disk is too full.
+/// Returns the reason why no more data may be written if the disk is too full.
 fn too_full(space: Space) -> Option<String> {
     let mega = |bytes: u64| bytes / 1_000_000;
     let said = || format!("the disk has {} MB free, but a recording leaves {} MB for what else is written there", mega(space.free), mega(space.spared));

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The folder of a recording's files: its disk, and the names of the files.
+//! The folder that contains a recording's files: its disk, and the names of the files.
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 /// A file of a recording.
 pub trait Sink: Write + Send {
-    /// Discards everything after the first `len` bytes.
+    /// Truncates the file to its first `len` bytes.
     fn cut(&mut self, len: u64) -> io::Result<()>;
 }
 
@@ -16,46 +16,46 @@ impl Sink for File {
     }
 }
 
-/// Free space of a disk.
+/// Free space on a disk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Space {
-    /// Bytes that may still be written.
+    /// Number of bytes that may still be written.
     pub free: u64,
     /// Number of bytes that a recording leaves free.
     pub spared: u64,
 }
 
-/// Folder in which the files of a recording are made.
+/// Folder in which the files of a recording are created.
 pub trait Folder: Send {
-    /// Creates the next file, empty. Fails if it cannot be created, or if the first file exists already.
+    /// Creates the next file, empty. Fails if it cannot be created, or if the first file already exists.
     fn next(&mut self) -> io::Result<(PathBuf, Box<dyn Sink>)>;
     /// Deletes a file of the recording.
     fn remove(&mut self, path: &Path) -> io::Result<()>;
-    /// Returns the free space of the disk, or `None` if it is unknown.
+    /// Returns the free space on the disk; `None` if unknown.
     fn space(&self) -> Option<Space>;
 }
 
-/// Bytes that a recording leaves free on a large disk, for the journal, the audit file and the log beside it.
+/// Number of bytes that a recording leaves free on a large disk, for the journal, the audit file and the log on the same disk.
 const SPARED: u64 = 256 << 20;
-/// Divisor for the fraction of a small disk that a recording leaves free.
+/// Divisor that gives the fraction of a small disk that a recording leaves free.
 const SPARED_PART: u64 = 20;
 
-/// Number of names that are tried for the next file.
+/// Maximum number of names to try for the next file.
 const TRIES: usize = 10;
 
-/// Disk on which a path lies.
+/// Disk on which the files for a path are stored.
 pub(crate) struct Disk {
     path: PathBuf,
     begun: bool,
 }
 
 impl Disk {
-    /// Names files after `path`; the first one is `path` itself.
+    /// Creates a folder that names files after `path`; the first file is `path` itself.
     pub fn new(path: &Path) -> Disk {
         Disk { path: path.to_owned(), begun: false }
     }
 
-    /// Names files after the last existing file of the series.
+    /// Creates a folder that names new files after the last existing file of the series.
     pub fn behind(path: &Path) -> Disk {
         Disk { path: path.to_owned(), begun: true }
     }
@@ -120,7 +120,7 @@ pub(crate) fn series(path: &Path) -> Vec<(u64, PathBuf)> {
     found
 }
 
-/// Returns the stem of a file's name, and its extension with the dot.
+/// Returns the stem of a file name, and its extension including the dot.
 fn parts(path: &Path) -> (String, String) {
     let part = |of: Option<&std::ffi::OsStr>| of.map(|of| of.to_string_lossy().into_owned()).unwrap_or_default();
     (part(path.file_stem()), path.extension().map(|of| format!(".{}", of.to_string_lossy())).unwrap_or_default())

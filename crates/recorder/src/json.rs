@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Conversion of values to JSON and back, bit by bit; and the schema of a type. Numbers that JSON lacks are texts: "NaN", "Infinity",
-//! "-Infinity".
+//! Conversion of values to JSON and back without any loss of bits, and the schema of a type. Numbers that JSON cannot represent are
+//! strings: "NaN", "Infinity", "-Infinity".
 use model::types::{Scalar, Type};
 use serde_json::{Map, Value as Json, json};
 use std::io::Write;
 
-/// Appends a value of a type.
+/// Appends a value of a type as JSON.
 pub(crate) fn write(of: &Type, bytes: &[u8], out: &mut Vec<u8>) {
     match of {
         Type::Scalar(scalar) => write_scalar(*scalar, bytes, out),
@@ -66,7 +66,7 @@ fn beyond(x: f64) -> &'static str {
     }
 }
 
-/// Appends the bytes of a value that [`write`] wrote; returns false if it is not a value of this type.
+/// Parses a value written by [`write`], and appends its bytes; returns false if the JSON is not a value of this type.
 pub(crate) fn read(of: &Type, json: &Json, out: &mut Vec<u8>) -> bool {
     match (of, json) {
         (Type::Scalar(scalar), json) => read_scalar(*scalar, json, out).is_some(),

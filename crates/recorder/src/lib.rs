@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The recorder: ordinary threads write the activity of a running system to an MCAP file. Such a file is read as a whole ([`Recording`]),
-//! or in place at a time or over a span ([`Archive`]).
+//! The recorder: ordinary threads write the activity of a running system to an MCAP file. Such a file can be read as a whole
+//! ([`Recording`]), or in place, at a time or over a span ([`Archive`]).
 //!
 //! One thread drains the sources every 20 ms into pages: every value of the chosen SVVs (a tap), the log, end reports, statistics of the
-//! interrupt sources, and on request everything that a replay of the run needs (the crate `replay`). Another one writes the pages. The
-//! room between them is bounded: messages that do not fit, because the disk is slow or full, are counted as lost, by channel, and never
-//! slow down the machine. Under the virtual clock time waits for the recorder instead.
+//! interrupt sources, and on request all data needed to replay the run (the crate `replay`). Another thread writes the pages. The buffer
+//! between them is bounded: messages that do not fit, because the disk is slow or full, are counted as lost, by channel, and never slow
+//! down the machine. If the clock is virtual, time waits for the recorder instead.
 //!
-//! A message is JSON with a JSON schema: Foxglove and PlotJuggler open both without plug-ins, people can read them, and a number is
-//! restored with the same bits. A million values of `double` are about 60 MB before compression, which costs less than a tenth of a core
-//! at 64 channels of 1 kHz, so neither batches nor another encoding are needed. Chunks are compressed with LZ4, and complete when they
-//! reach the file: if the process is killed, everything up to its last chunk, which covers a second at most, can be read.
+//! A message is JSON with a JSON schema: Foxglove and PlotJuggler open both without plug-ins, people can read them, and numbers are
+//! restored bit for bit. A million values of `double` take about 60 MB before compression, which costs less than a tenth of a core at 64
+//! channels of 1 kHz, so neither batches nor another encoding are needed. Chunks are compressed with LZ4, and are complete when they
+//! reach the file: if the process is killed, everything can be read except its last chunk, which covers at most one second.
 mod about;
 mod archive;
 mod digest;
@@ -45,20 +45,20 @@ pub use span::{Span, Trace};
 
 /// Name of the metadata record that describes the recorded system: name, version, clock, configuration.
 pub const ABOUT: &str = "opengpac";
-/// Name of the metadata record at the end of a file with the number of lost messages, by channel.
+/// Name of the metadata record at the end of a file that contains the number of lost messages by channel.
 pub const LOST: &str = "lost";
-/// Topic of log entries, in the form that `log` returns.
+/// Topic of log entries, in the format that `log` returns.
 pub const LOG: &str = "/log";
-/// Topic of end reports, in the form that `ends` returns.
+/// Topic of end reports, in the format that `ends` returns.
 pub const ENDS: &str = "/ends";
-/// Topic of definitions and instances, in the form that `installed` returns, written whenever they change; lists and states of instances
-/// are taken from the log.
+/// Topic of definitions and instances, in the format that `installed` returns, written whenever they change; the log contains the lists
+/// and states of instances.
 pub const INSTALLED: &str = "/installed";
-/// Topic of statistics, written once a second and whenever the log has news.
+/// Topic of statistics, written once a second and whenever the log has new entries.
 pub const STATISTICS: &str = "/statistics";
-/// Topic of alarms, in the form that `alarms` returns, written whenever they change.
+/// Topic of alarms, in the format that `alarms` returns, written whenever they change.
 pub const ALARMS: &str = "/alarms";
-/// Topic prefix of the shape of a physical device, in the form that `geometry` returns; the device's name follows.
+/// Topic prefix of the shape of a physical device, in the format that `geometry` returns; the device's name follows.
 pub const GEOMETRY: &str = "/geometry/";
-/// Topic of losses, at their times: `{"channel", "count"}`.
+/// Topic of losses, each at the time of the loss: `{"channel", "count"}`.
 pub const LOSSES: &str = "/lost";

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Extracts the numbers of a recorded value in memory order; fast, because there may be millions of values.
+//! Extracts the numbers of a recorded value in memory order. Optimised for speed, because there may be millions of values.
 use crate::json;
 use model::types::{Scalar, Type};
 use serde_json::Value as Json;
 
-/// Returns the number of numbers in a value.
+/// Returns the number of components of a value.
 pub(crate) fn count(of: &Type) -> usize {
     match of {
         Type::Scalar(_) => 1,
@@ -13,7 +13,8 @@ pub(crate) fn count(of: &Type) -> usize {
     }
 }
 
-/// Appends the numbers of a message `{"number": …, "value": …}`. Returns its number, or `None` if it is not a value of this type.
+/// Appends the numbers of a message `{"number": …, "value": …}`. Returns the message's number, or `None` if it is not a value of this
+/// type.
 pub(crate) fn read(of: &Type, data: &[u8], out: &mut Vec<f64>) -> Option<u64> {
     quick(of, data, out).or_else(|| {
         let message: Json = serde_json::from_slice(data).ok()?;
@@ -24,7 +25,7 @@ pub(crate) fn read(of: &Type, data: &[u8], out: &mut Vec<f64>) -> Option<u64> {
     })
 }
 
-/// Fast path of [`read`] for finite numbers in the form that the recorder writes.
+/// Fast path of [`read`] for finite numbers in the format that the recorder writes.
 fn quick(of: &Type, data: &[u8], out: &mut Vec<f64>) -> Option<u64> {
     let Type::Scalar(Scalar::Double | Scalar::Int32 | Scalar::Uint32 | Scalar::Int16 | Scalar::Uint16 | Scalar::Int8 | Scalar::Uint8) = of else {
         return None;
@@ -37,7 +38,7 @@ fn quick(of: &Type, data: &[u8], out: &mut Vec<f64>) -> Option<u64> {
     Some(number)
 }
 
-/// Appends the numbers of a value from the memory layout of its type; a truth value becomes 0 or 1.
+/// Appends the numbers of a value from the memory layout of its type; a Boolean becomes 0 or 1.
 pub(crate) fn of_bytes(of: &Type, bytes: &[u8], out: &mut Vec<f64>) {
     match of {
         Type::Scalar(scalar) => out.push(number(*scalar, bytes)),

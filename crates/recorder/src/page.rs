@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 pub(crate) const JSON: &str = "json";
 pub(crate) const JSON_SCHEMA: &str = "jsonschema";
 
-/// A channel of the file. [`Page::channel`] returns it; it is valid for all pages of the same recorder.
+/// Channel of the file, returned by [`Page::channel`]. Valid for all pages of the same recorder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ChannelId(pub(crate) usize);
 
@@ -23,13 +23,13 @@ pub(crate) struct Definition {
 }
 
 impl Definition {
-    /// Returns true for channels such as log, ends and statistics: they have few messages, which readers take as a whole and not out of
-    /// all chunks with values.
+    /// Returns true for channels with few messages, such as log, ends and statistics, which readers read as a whole instead of collecting
+    /// them from all chunks that contain values.
     pub fn is_apart(&self) -> bool {
         self.encoding == JSON && !self.metadata.contains_key("kind")
     }
 
-    /// Returns true for a value or the shape of a device, which remains valid until the next message of its channel.
+    /// Returns true for a value or the shape of a device, which remains valid until the next message on its channel.
     pub fn is_state(&self) -> bool {
         self.metadata.contains_key("kind") || self.topic.starts_with(GEOMETRY)
     }
@@ -39,14 +39,14 @@ pub(crate) struct Entry {
     pub channel: ChannelId,
     pub time_ns: i64,
     pub sequence: u32,
-    /// End of the message's bytes, which begin where those of the previous message end.
+    /// End of the message's bytes; they start at the end of the previous message.
     pub end: usize,
 }
 
 /// Messages of the sources since the previous page. Its memory is reused.
 #[derive(Default)]
 pub struct Page {
-    /// Number of channels before the first one of this page.
+    /// Number of channels that precede the first one of this page.
     pub(crate) first: usize,
     pub(crate) definitions: Vec<Definition>,
     pub(crate) entries: Vec<Entry>,
@@ -62,7 +62,7 @@ impl Page {
         self.define(Definition { topic: topic.to_owned(), encoding: JSON, schema: Some(schema), metadata })
     }
 
-    /// Adds a new channel for messages that are not JSON but in the named `encoding`.
+    /// Adds a new channel for non-JSON messages in the named `encoding`.
     pub fn channel_of_bytes(&mut self, topic: &str, encoding: &'static str) -> ChannelId {
         self.define(Definition { topic: topic.to_owned(), encoding, schema: None, metadata: BTreeMap::new() })
     }
@@ -72,7 +72,7 @@ impl Page {
         ChannelId(self.first + self.definitions.len() - 1)
     }
 
-    /// Adds one message. `time_ns` is on the system's clock; `sequence` is the number that tools display.
+    /// Adds a message. `time_ns` is on the system's clock; `sequence` is the number that tools display.
     pub fn put(&mut self, channel: ChannelId, time_ns: i64, sequence: u64, fill: impl FnOnce(&mut Vec<u8>)) {
         fill(&mut self.bytes);
         #[allow(clippy::cast_possible_truncation, reason = "the lower half is what a file holds")]
@@ -93,7 +93,7 @@ impl Page {
         self.entries.iter().zip(starts).map(|(entry, start)| (entry, &self.bytes[start..entry.end]))
     }
 
-    /// Turns the page's messages into losses, because there is no room for them. Its channels stay.
+    /// Counts the page's messages as lost, because the buffer is full. Its channels are kept.
     pub(crate) fn give_up(&mut self) {
         for entry in self.entries.drain(..) {
             *self.lost.entry(entry.channel).or_default() += 1;

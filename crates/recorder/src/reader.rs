@@ -20,9 +20,9 @@ pub struct Series {
     pub kind: String,
     pub unit: String,
     pub numbers: Vec<u64>,
-    /// Times of the values, ns on the system's clock.
+    /// Times of the values, in ns on the system's clock.
     pub times_ns: Vec<i64>,
-    /// Values, one after another.
+    /// Values, stored consecutively.
     pub bytes: Vec<u8>,
 }
 
@@ -30,14 +30,14 @@ pub struct Series {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DamagedPart {
-    /// First byte of the part in the file; `ends` is the first byte after it.
+    /// Offset of the first byte of the part in the file; `ends` is the offset after its last byte.
     pub begins: u64,
     pub ends: u64,
     pub what: String,
-    /// Bounds on the times of the lost messages, ns on the system's clock, as far as the file contains them.
+    /// Bounds on the times of the lost messages, ns on the system's clock, if the file contains them.
     pub from_ns: Option<i64>,
     pub to_ns: Option<i64>,
-    /// Number of lost messages by channel: empty if there are none, `None` if the file does not contain the numbers.
+    /// Number of lost messages by channel: empty if none is lost, `None` if the file does not contain the numbers.
     pub lost: Option<BTreeMap<String, u64>>,
 }
 
@@ -66,14 +66,14 @@ impl DamagedPart {
 /// A recording in memory.
 #[derive(Clone, Debug, Default)]
 pub struct Recording {
-    /// Series by SVV or cell, in the order in which their recording began.
+    /// Series of each SVV or cell, in the order in which their recording started.
     pub series: IndexMap<String, Series>,
     /// Messages of all other channels: (time, message).
     pub records: IndexMap<String, Vec<(i64, Json)>>,
     /// Metadata records, by name.
     pub metadata: BTreeMap<String, BTreeMap<String, String>>,
-    /// False if the file has no end because its recorder was killed or the disk was full. The recording contains everything up to the
-    /// last complete chunk.
+    /// False if the file has no end record because its recorder was killed or the disk was full. The recording then contains everything
+    /// up to the last complete chunk.
     pub complete: bool,
     /// Unreadable parts of the file, in order. The recording contains everything else.
     pub damage: Vec<DamagedPart>,
@@ -100,7 +100,7 @@ impl Recording {
         Ok(recording)
     }
 
-    /// Reads everything in a file that is readable.
+    /// Reads all readable parts of a file.
     fn take(&mut self, mut file: IndexedFile) -> Result<(), Unreadable> {
         let mut damage = file.damage();
         for channel in file.channels.values() {
@@ -190,7 +190,7 @@ impl Recording {
         self.records.get(ENDS).into_iter().flatten().map(|(_, end)| end)
     }
 
-    /// Returns the number of lost messages by channel; for a file without an end, only the losses that it contains.
+    /// Returns the number of lost messages by channel; if the file has no end record, only the losses that it contains.
     pub fn lost(&self) -> BTreeMap<String, u64> {
         if let Some(lost) = self.metadata.get(LOST) {
             return lost.iter().map(|(channel, count)| (channel.clone(), count.parse().unwrap_or(0))).collect();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A recording in progress: the thread that drains, the thread that writes, and how both end.
+//! A recording in progress: the draining thread, the writing thread, and how both end.
 use crate::files::{Bounds, Files};
 use crate::folder::{Disk, Folder};
 use crate::left::{IDENTITY, left};
@@ -26,20 +26,20 @@ use supervisor::{Companion, End, Entry, System};
 #[derive(Clone, Debug, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Options {
-    /// Names of SVVs, with `*` and `?` as wildcards; SVVs that are created later are included. Private cells are named `INSTANCE:CELL`.
+    /// Names of SVVs, with `*` and `?` as wildcards; SVVs created later are included. Private cells are named `INSTANCE:CELL`.
     pub svvs: Vec<String>,
-    /// Records the private cells of all verb instances too.
+    /// Also records the private cells of all verb instances.
     pub cells: bool,
-    /// Records all inputs from outside too, so that the run can be replayed. Must start before the first source is created, or is
-    /// refused.
+    /// Also records all external inputs, so that the run can be replayed. Refused unless the recording starts before the first source is
+    /// created.
     pub replay: bool,
-    /// Approximate size in bytes from which on the next file is started; `None` for a single file.
+    /// Approximate file size in bytes at which the next file is started; `None` for a single file.
     pub split_bytes: Option<u64>,
-    /// Number of files that are kept if the recording is split, the oldest being deleted; `None` for all.
+    /// Number of files to keep if the recording is split (the oldest is deleted); `None` to keep all.
     pub keep: Option<u32>,
     /// Identity by which a later recording that continues this one finds its files; `None` if it cannot be continued.
     pub identity: Option<String>,
-    /// Continues after the existing files of that path; those of this identity count towards `keep`.
+    /// Continues after the existing files at that path; files with this identity count towards `keep`.
     pub resumes: bool,
 }
 
@@ -49,29 +49,29 @@ impl Default for Options {
     }
 }
 
-/// State of a recording, also after its end.
+/// State of a recording; remains available after its end.
 #[derive(Clone, Debug, Default, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "RecordingSummary"))]
 pub struct Summary {
-    /// Path of the file; if the recording is split, of the first one.
+    /// Path of the file, or of the first file if the recording is split.
     pub path: PathBuf,
     /// Existing files, oldest first; the last one is being written.
     pub files: Vec<PathBuf>,
     pub running: bool,
-    /// Number of written messages by channel; while the recording runs, only those in complete chunks.
+    /// Number of written messages by channel; while the recording is in progress, only those in complete chunks.
     pub counts: IndexMap<String, u64>,
     /// Number of messages by channel that could not be written; channels without losses are omitted.
     pub lost: IndexMap<String, u64>,
     /// Total size of the existing files, bytes.
     pub bytes: u64,
-    /// Free space of their disk at the last write, bytes, if it is known.
+    /// Free space on the disk at the last write, bytes, if known.
     pub free_bytes: Option<u64>,
-    /// Failure that ended the recording, if one did.
+    /// Failure that ended the recording, if any.
     pub failure: Option<String>,
 }
 
-/// A recording. It ends with [`Recorder::stop`], or with its system.
+/// A recording. Ended by [`Recorder::stop`], or together with its system.
 pub struct Recorder {
     room: Arc<Room>,
     stops: Arc<AtomicBool>,
@@ -79,7 +79,7 @@ pub struct Recorder {
     threads: Mutex<Vec<JoinHandle<()>>>,
 }
 
-/// State of a recording, for callers that wait for its end.
+/// State of a recording, on which callers wait for its end.
 struct State {
     summary: Mutex<Summary>,
     ended: Condvar,
@@ -93,22 +93,22 @@ impl State {
 
 /// Period at which the sources are drained.
 const LOOK: Duration = Duration::from_millis(20);
-/// Time for which a chunk is filled, and therefore the time that is lost if the process is killed. In a recording for replay, these are
-/// the inputs that killed it.
+/// Maximum time for which messages are collected into a chunk, and therefore the time that is lost if the process is killed. In a
+/// recording for replay, the lost data are the inputs that killed the process.
 const CHUNK_MAX: Duration = Duration::from_secs(1);
 const CHUNK_MAX_REPLAY: Duration = Duration::from_millis(100);
 
 impl Recorder {
-    /// Starts recording to a new file at `path`, and returns the recording's number in the system, to which it belongs and with which it
-    /// ends. Refuses an existing file or one that cannot be created, a full disk, a name without `*` that does not exist, and bounds that
-    /// cannot be kept.
+    /// Starts recording to a new file at `path`. The recording belongs to the system and ends with it. Returns its number in the system.
+    /// Refuses an existing file, a file that cannot be created, a full disk, a name without `*` that does not exist, and limits that
+    /// cannot be met.
     pub fn start(system: &System, path: &Path, options: &Options) -> Result<(u64, Arc<Recorder>), Refusals> {
         let disk = if options.resumes { Disk::behind(path) } else { Disk::new(path) };
         let recorder = Recorder::start_in(system, Box::new(disk), path, options, ROOM)?;
         Ok((system.accompany(recorder.clone()), recorder))
     }
 
-    /// Starts recording to any folder, with `room` bytes for pending pages, and without registering the recording in the system.
+    /// Starts recording to any folder, with `room` bytes for pending pages, without registering the recording in the system.
     pub fn start_in(system: &System, folder: Box<dyn Folder>, path: &Path, options: &Options, room: usize) -> Result<Arc<Recorder>, Refusals> {
         let bounds = Bounds { split: options.split_bytes, keep: options.keep };
         bounds.check(options.replay).map_err(|why| vec![why])?;
@@ -135,7 +135,7 @@ impl Recorder {
         }
     }
 
-    /// Starts the draining and the writing thread. Fails with the reason if a thread cannot be created.
+    /// Starts the draining and writing threads. Fails with the reason if a thread cannot be created.
     fn run(drain: Drain, files: Files, room: usize) -> Result<Arc<Recorder>, String> {
         let summary = Summary { path: files.path().clone(), files: files.paths(), free_bytes: files.free(), running: true, ..Summary::default() };
         let recorder = Recorder {
@@ -158,7 +158,7 @@ impl Recorder {
         self.state.locked().clone()
     }
 
-    /// Ends the recording, and waits at most `patience` for that: `running` in the result is false if it has ended.
+    /// Ends the recording, waiting at most `patience` for it to end; `running` in the result is false if it has ended.
     pub fn stop_within(&self, patience: Duration) -> Summary {
         self.stops.store(true, Ordering::Release);
         let state = self.state.locked();
@@ -173,7 +173,7 @@ impl Recorder {
         summary
     }
 
-    /// Ends the recording: writes the pending messages, then the end of the file. Idempotent.
+    /// Ends the recording: writes the pending messages, then the end record. Idempotent.
     pub fn stop(&self) -> Summary {
         self.stops.store(true, Ordering::Release);
         self.join();
@@ -236,8 +236,8 @@ fn text_of(answer: &impl Serialize) -> String {
     serde_json::to_string(answer).expect("an answer of the supervisor has a JSON form")
 }
 
-/// Updates the configuration in the description of a recording; returns true if it has grown. A recording for replay begins before any
-/// hardware exists. If the configuration is dismantled at the end, the description keeps the previous one.
+/// Updates the configuration in the description of a recording; returns true if it has grown. A recording for replay starts before any
+/// hardware is configured. If the configuration is dismantled at the end, the previous one is kept.
 fn tell_more(system: &System, said: &mut BTreeMap<String, String>) -> bool {
     let now = about(system);
     let tells = |about: &BTreeMap<String, String>| about.get("configuration").map_or(0, String::len);
@@ -270,7 +270,7 @@ impl Drain {
         Ok(Drain { state: state::State::new(system.observer()), system: system.observer(), values, log, ends, timing, inputs })
     }
 
-    /// Fills pages until the recording has to stop. `begun` is true if another file has been started.
+    /// Fills pages until the recording must stop. `begun` is true if another file was started.
     fn run(mut self, room: &Room, stops: &AtomicBool, begun: &AtomicBool) {
         let mut page = Page::default();
         let mut channels = 0;
@@ -309,7 +309,7 @@ impl Drain {
     }
 }
 
-/// Writes pages until there are no more. If the file can no longer be written, the recording ends.
+/// Writes pages until none are left. If the file can no longer be written, the recording ends.
 struct Writer {
     room: Arc<Room>,
     stops: Arc<AtomicBool>,
@@ -350,7 +350,7 @@ impl Writer {
         self.state.ended.notify_all();
     }
 
-    /// Publishes the state of the recording; returns the reason for a failure, the first time.
+    /// Publishes the state of the recording; returns the reason for a failure the first time it is seen.
     fn tell(&self, running: bool) -> Option<String> {
         let book = &self.files.book;
         let mut summary = self.state.locked();

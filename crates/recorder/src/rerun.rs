@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Replays a recording beside the running system, in a separate process; and completes a difference with the recorded values.
+//! Replays a recording in a separate process while the system runs, and adds recorded values to a difference that it finds.
 use crate::opened;
 use model::refusal::{Class, Refusal, Refusals};
 use replay::{Apart, DifferenceText, ReplayResult, Replaying, ShownSvv, elements};
@@ -8,18 +8,18 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use supervisor::{Companion, System};
 
-/// A recording being replayed. It ends with [`Again::stop`], or with its system.
+/// Replay of a recording in progress. Ended by [`Again::stop`], or together with its system.
 pub struct Again {
     path: PathBuf,
     apart: Apart,
-    /// Difference that was found, completed with the recording's own values.
+    /// Difference that was found, with values of the recording added.
     found: Mutex<Option<ReplayResult>>,
 }
 
 impl Again {
-    /// Starts a replay; returns its number in the system. The recording's own code modules may run if the system has had them, or if
-    /// their digests are in `trust`. `present` replaces them by the system's present modules of the same names. Fails if the process
-    /// cannot be started.
+    /// Starts a replay; returns its number in the system. The recording's own code modules may run if they were loaded in the system at
+    /// some time, or if their digests are in `trust`. `present` replaces them with the system's current modules of the same names. Fails
+    /// if the process cannot be started.
     pub fn start(system: &System, path: &Path, mut trust: Vec<String>, present: bool) -> Result<u64, Refusals> {
         let archive = opened(path)?;
         let cannot = |why: String, remedy: &str| {
@@ -44,12 +44,12 @@ impl Again {
         Replaying { found: standing.found.map(|found| self.told(found)), ..standing }
     }
 
-    /// Stops the replay where it is. Idempotent.
+    /// Stops the replay at its current position. Idempotent.
     pub fn stop(&self) {
         self.apart.stop();
     }
 
-    /// Adds the differing value if only a digest is known: the recording contains values of SVVs too.
+    /// Adds the differing value if only a digest is known, because the recording also contains values of SVVs.
     fn told(&self, found: ReplayResult) -> ReplayResult {
         let mut known = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         known

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The room between the draining and the writing thread: an ordered queue of pages with bounded size.
+//! Buffer between the draining and the writing thread: an ordered queue of pages with bounded size.
 use crate::page::Page;
 use std::collections::VecDeque;
 use std::sync::{Condvar, Mutex, MutexGuard};
 
-/// Maximum size of the pages that wait for the disk, bytes.
+/// Maximum total size of the pages waiting for the disk, bytes.
 pub(crate) const ROOM: usize = 64 << 20;
 
 #[derive(Default)]
@@ -31,8 +31,8 @@ impl Room {
         self.waiting.lock().expect("nobody panics with the lock held")
     }
 
-    /// Passes a page to the writer. If there is no room for it, it waits if `may_wait` is true; otherwise the page's messages become
-    /// losses. Returns an empty page.
+    /// Passes a page to the writer. If the buffer is full, waits if `may_wait` is true; otherwise the page's messages are counted as
+    /// lost. Returns an empty page.
     pub fn put(&self, mut page: Page, may_wait: bool) -> Page {
         let mut waiting = self.locked();
         if may_wait {
@@ -47,14 +47,14 @@ impl Room {
         waiting.empty.pop().unwrap_or_default()
     }
 
-    /// Returns the next page, or `None` when the room is closed and empty.
+    /// Returns the next page, or `None` when the buffer is closed and empty.
     pub fn take(&self) -> Option<Page> {
         let waiting = self.locked();
         let mut waiting = self.turned.wait_while(waiting, |waiting| waiting.pages.is_empty() && !waiting.closed).expect("nobody panics with the lock held");
         waiting.pages.pop_front()
     }
 
-    /// Notes that a page was written.
+    /// Records that a page was written.
     pub fn written(&self, page: Page) {
         let mut waiting = self.locked();
         waiting.bytes -= page.len();
@@ -64,23 +64,23 @@ impl Room {
         self.turned.notify_all();
     }
 
-    /// Waits until all pages that were passed on have been written.
+    /// Waits until all pages passed to the writer have been written.
     pub fn wait_written(&self) {
         let waiting = self.locked();
         let _all = self.turned.wait_while(waiting, |waiting| waiting.bytes > 0 || !waiting.pages.is_empty()).expect("nobody panics with the lock held");
     }
 
-    /// Frees the memory that was kept for future pages.
+    /// Frees the memory kept for future pages.
     pub fn release(&self) {
         self.locked().empty = Vec::new();
     }
 
-    /// Closes the room: no more pages follow.
+    /// Closes the buffer: no more pages will follow.
     pub fn close(&self) {
         self.locked().closed = true;
         self.turned.notify_all();
     }
 }
 
-/// Maximum number of empty pages that are kept for their memory.
+/// Maximum number of empty pages kept so that their memory can be reused.
 const EMPTY_MAX: usize = 4;

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Requests the shapes of devices beside the recording: loading a model again takes longer than values may wait.
+//! Requests the shapes of devices on a separate thread, because reloading a model takes longer than values may wait.
 use std::collections::BTreeSet;
 use std::thread::JoinHandle;
 use supervisor::{Geometry, System};
 
-/// A shape, with its device and the time of the request.
+/// Device, time of the request, and shape.
 pub(crate) type Shape = (String, i64, Geometry);
 
 /// Shapes of devices, each requested once.
@@ -28,7 +28,7 @@ impl Shapes {
         self.under_way.extend(begun);
     }
 
-    /// Returns the shapes that are available by now; if `all` is true, waits for every requested one, however long that takes.
+    /// Returns the shapes that have become available; if `all` is true, waits for every requested shape, however long that takes.
     pub fn take(&mut self, all: bool) -> Vec<Shape> {
         let there = self.under_way.extract_if(.., |thread| all || thread.is_finished());
         there.filter_map(|thread| thread.join().ok()).flatten().collect()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Recently used recordings: reading a value a moment later does not open the file again.
+//! Recently used recordings, kept open so that the file need not be reopened to read another value.
 use crate::Archive;
 use model::refusal::{Class, Refusal, Refusals};
 use serde::Serialize;
@@ -7,16 +7,16 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::UNIX_EPOCH;
 
-/// Maximum number of recordings that stay open.
+/// Maximum number of recordings that are kept open.
 const OPEN_MAX: usize = 4;
 
-/// Path, inode and archive: another file of the same name is another recording.
+/// Path, inode and archive. The inode distinguishes a new file of the same name, which is a different recording.
 type OpenRecording = (PathBuf, u64, Arc<Archive>);
 
 static SHELF: Mutex<Vec<OpenRecording>> = Mutex::new(Vec::new());
 
-/// Returns the recording at a path, including everything that has been written to the file by now. Fails if it cannot be read or is not a
-/// recording of OpenGPAC.
+/// Returns the recording at a path, including everything written to the file so far. Fails if it cannot be read or is not a recording of
+/// OpenGPAC.
 pub fn opened(path: &Path) -> Result<Arc<Archive>, Refusals> {
     let known = || SHELF.lock().unwrap_or_else(PoisonError::into_inner);
     let identity = std::fs::metadata(path).map_or(0, |about| std::os::unix::fs::MetadataExt::ino(&about));
@@ -37,15 +37,15 @@ pub fn opened(path: &Path) -> Result<Arc<Archive>, Refusals> {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct RecordingFile {
-    /// Plain name of the file.
+    /// Name of the file without its folder.
     pub name: String,
     /// Size of the file, bytes.
     pub bytes: u64,
-    /// Time of the last write, s since 1970.
+    /// Time of the last write, s since the Unix epoch.
     pub written_unix_s: u64,
 }
 
-/// Returns the recordings in a folder, newest first: plain files named `*.mcap`. Fails if the folder cannot be read.
+/// Returns the recordings in a folder, newest first: regular files named `*.mcap`. Fails if the folder cannot be read.
 pub fn recordings(folder: &Path) -> Result<Vec<RecordingFile>, Refusals> {
     let cannot = |why: std::io::Error| {
         let said = format!("cannot read the folder of recordings '{}': {why}", folder.display());

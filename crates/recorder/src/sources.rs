@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sources of messages in addition to values: the log, end reports, statistics of the interrupt sources, and the inputs for a replay.
+//! Sources of messages other than values: the log, end reports, statistics of the interrupt sources, and the inputs needed for a replay.
 use crate::page::{ChannelId, Page};
 use crate::{ENDS, LOG};
 use model::refusal::Refusals;
@@ -20,7 +20,7 @@ fn put_json(page: &mut Page, channel: ChannelId, time_s: f64, sequence: u64, mes
     page.put(channel, time_ns, sequence, |out| serde_json::to_writer(out, message).expect("a record of the supervisor has a JSON form"));
 }
 
-/// Records that the supervisor numbers and keeps for a while, such as log entries and end reports.
+/// Records that the supervisor numbers and keeps for some time, such as log entries and end reports.
 pub(crate) struct NumberedRecords<T> {
     system: System,
     next: u64,
@@ -28,12 +28,12 @@ pub(crate) struct NumberedRecords<T> {
     topic: &'static str,
     schema: (&'static str, Json),
     since: fn(&System, u64) -> Vec<T>,
-    /// Returns the number of a record, and its time in seconds.
+    /// Function that returns the number of a record and its time in seconds.
     place: fn(&T) -> (u64, f64),
 }
 
 impl NumberedRecords<Entry> {
-    /// Creates the source of the log: conditions, faults, transitions, starts, commands; from the present on.
+    /// Creates the source of log entries, starting with the next one: conditions, faults, transitions, starts, commands.
     pub fn log(system: System) -> NumberedRecords<Entry> {
         let text = || json!({"type": "string"});
         let properties = json!({"sequence": {"type": "integer"}, "time_s": {"type": "number"}, "kind": text(), "about": text(), "text": text()});
@@ -43,7 +43,7 @@ impl NumberedRecords<Entry> {
 }
 
 impl NumberedRecords<End> {
-    /// Creates the source of end reports, from the present on.
+    /// Creates the source of end reports, starting with the next one.
     pub fn ends(system: System) -> NumberedRecords<End> {
         let schema = ("opengpac.end", json!({"type": "object"}));
         NumberedRecords { system, next: 0, channel: None, topic: ENDS, schema, since: System::ends_since, place: |end| (end.number, end.report.time_s) }.begun()
@@ -75,8 +75,8 @@ impl<T: Serialize> Source for NumberedRecords<T> {
     }
 }
 
-/// Firings, jitter, durations and overruns of each interrupt source, once a second of the system's clock, or whenever it is drained if
-/// that is less often.
+/// Firings, jitter, durations and overruns of each interrupt source, once a second of the system's clock, or at each drain if drains are
+/// less frequent.
 pub(crate) struct Timing {
     system: System,
     next_ns: i64,
@@ -110,19 +110,19 @@ impl Source for Timing {
     }
 }
 
-/// All inputs of the interrupt sources from outside, with the scripts: the input of a replay.
+/// All external inputs of the interrupt sources, and the scripts: the input of a replay.
 pub(crate) struct Inputs {
     system: System,
     recording: replay::Recording,
     items: Vec<replay::Item>,
     channel: Option<ChannelId>,
-    /// Number of the next item, by which a reader recognizes losses.
+    /// Number of the next item; readers use it to detect losses.
     next: u64,
     time_ns: i64,
 }
 
 impl Inputs {
-    /// Starts recording inputs. Fails if the system has interrupt sources already.
+    /// Starts recording inputs. Fails if the system already has interrupt sources.
     pub fn begin(system: &System) -> Result<Inputs, Refusals> {
         let recording = replay::Recording::begin(|names| system.record(names))?;
         Ok(Inputs { system: system.observer(), recording, items: Vec::new(), channel: None, next: 0, time_ns: system.now_ns() })

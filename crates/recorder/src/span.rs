@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Channels over a span, in columns: first, last, minimum and maximum of each column, and exact sums over the span.
+//! Channels over a span, in columns: first, last, minimum and maximum of each column, with exact sums over the span.
 use crate::archive::{Archive, Index, Reading, Track, Values, unsigned};
 use crate::digest::{Digest, NONE, Samples, Sums, extremes};
 use crate::numbers;
@@ -10,25 +10,25 @@ use std::sync::Arc;
 /// One channel over a span.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
-    /// Samples of a span: the last value stored before it, and the first, the last, and the minimum and maximum of each number in every
-    /// column. They are whole values with their own times.
+    /// Samples of a span: the last value stored before it and, for every column, the first value, the last value, and the values with the
+    /// minimum and maximum of each component. All are complete values with their own times.
     pub samples: Samples,
-    /// Sums of each number, over all values of the span.
+    /// Sums for each component, over all values of the span.
     pub sums: Vec<Sums>,
 }
 
-/// Channels over a span, or over part of it.
+/// Channels over a span or part of it.
 #[derive(Clone, Debug, Default)]
 pub struct Span {
     pub traces: Vec<Trace>,
-    /// Position at which to continue if this is not all.
+    /// Position at which to continue if this is only part of the span.
     pub next: Option<usize>,
 }
 
 impl Archive {
-    /// Returns channels between two times, both included, in `columns` columns. Reads at most `chunks_max` chunks that are not cached,
-    /// from `since` on, which is 0 or the `next` of the previous part. A chunk that is shorter than a column belongs to the column in
-    /// which it begins. Fails for a name that is not an SVV or cell of the recording.
+    /// Returns channels between two times (inclusive) in `columns` columns. Reads at most `chunks_max` uncached chunks, starting at
+    /// `since`, which is 0 or the `next` of the previous part. A chunk shorter than a column belongs to the column in which it begins.
+    /// Fails if a name is not that of an SVV or cell of the recording.
     pub fn span(&self, names: &[String], (from_ns, to_ns): (i64, i64), columns: usize, since: usize, chunks_max: usize) -> Result<Span, Refusals> {
         let index = self.index();
         let tracks: Vec<(&String, &Track, &Values)> = names.iter().map(|name| self.track(&index, name)).collect::<Result<_, _>>()?;

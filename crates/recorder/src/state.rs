@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! State of the system, from which a reader displays a recording like the system itself: definitions, statistics, alarms, shapes of
-//! devices.
+//! State of the system that readers need to display a recording as they display the running system: definitions, statistics, alarms,
+//! shapes of devices.
 use crate::page::{ChannelId, Page};
 use crate::shapes::Shapes;
 use crate::{ALARMS, GEOMETRY, INSTALLED, STATISTICS};
@@ -10,17 +10,17 @@ use std::collections::BTreeMap;
 use supervisor::{Alarm, AlarmList, InstalledInstances, InstanceState, System};
 
 const SECOND_NS: i64 = 1_000_000_000;
-/// Minimum interval between records of the state when much happens; each event is in the log.
+/// Minimum interval between records of the state during frequent changes; the log contains each event.
 const SOON_NS: i64 = 100_000_000;
 
-/// The state of the system: the installed definitions whenever they change, statistics and alarms once a second and when the log has
-/// news, the shape of each device once.
+/// State of the system: the installed definitions whenever they change, statistics and alarms once a second and when the log has new
+/// entries, and the shape of each device once.
 pub(crate) struct State {
     system: System,
     version: u64,
     structure: String,
     alarms: String,
-    /// Time of the last record of alarms; before the first one, of the beginning.
+    /// Time of the last record of alarms; before the first record, the time at which the recording started.
     alarms_ns: i64,
     next_ns: i64,
     soon_ns: i64,
@@ -46,7 +46,7 @@ impl State {
         }
     }
 
-    /// Appends the changes. `happened` is true if the log has news.
+    /// Appends the changes. `happened` is true if the log has new entries.
     pub fn drain(&mut self, page: &mut Page, happened: bool) {
         self.happened |= happened;
         let now_ns = self.system.now_ns();
@@ -62,21 +62,22 @@ impl State {
         self.shapes(page, false);
     }
 
-    /// Schedules everything to be recorded again, because a new file begins.
+    /// Schedules the whole state to be recorded again, because a new file starts.
     pub fn renew(&mut self) {
         (self.version, self.next_ns) = (0, self.system.now_ns());
         self.structure.clear();
         self.alarms.clear();
     }
 
-    /// Appends the shapes that are available by now; if `all` is true, every requested one.
+    /// Appends the shapes that have become available; if `all` is true, every requested shape.
     pub fn shapes(&mut self, page: &mut Page, all: bool) {
         for (device, asked_ns, geometry) in self.shapes.take(all) {
             self.put(page, &format!("{GEOMETRY}{device}"), asked_ns, &geometry);
         }
     }
 
-    /// Records changes other than those of lists and states of instances, which are taken from the log with their own times.
+    /// Records changes other than those of the lists and states of instances, which readers take from the log with the times logged
+    /// there.
     fn installed(&mut self, page: &mut Page, now_ns: i64) {
         let installed = self.system.installed();
         let structure = text_of(&without_states(&installed));

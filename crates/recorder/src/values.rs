@@ -2,8 +2,8 @@
 //! Values of SVVs and cells, each with its number and time.
 //!
 //! A block stores one value per firing. The programming system may store any number of values while the clock stands still, and a block
-//! may store at the same instant. Blocks only ever read the last of these, so the others are not recorded: the newest value that was not
-//! stored by a block is held back until the clock has passed it.
+//! may also store at the same time. Blocks only ever read the last of these values, so the others are not recorded: the newest value that
+//! was not stored by a block is held back until the clock has passed its time.
 use crate::json;
 use crate::page::{ChannelId, Page};
 use model::types::{Scalar, Type};
@@ -24,7 +24,7 @@ struct Channel {
     held: Option<HeldValue>,
 }
 
-/// A value that was not stored by a block and that the clock has not passed yet.
+/// A value that was not stored by a block, and whose time the clock has not passed yet.
 struct HeldValue {
     time_ns: i64,
     number: u64,
@@ -36,8 +36,7 @@ impl Values {
         Values { tap, samples: Samples::default(), channels: Vec::new() }
     }
 
-    /// Appends the new values. Nothing more is stored before `passed_ns`; values of the programming system from that time on are held
-    /// back.
+    /// Appends the new values. No more values will be stored before `passed_ns`; later values of the programming system are held back.
     pub fn drain(&mut self, page: &mut Page, passed_ns: i64) {
         self.tap.take(&mut self.samples);
         let new = &self.tap.channels()[self.channels.len()..];
@@ -78,7 +77,7 @@ impl Channel {
         }
     }
 
-    /// Appends the value that is held back if the clock has passed it.
+    /// Appends the value that is held back, if the clock has passed its time.
     fn release(&mut self, page: &mut Page, passed_ns: i64) {
         if let Some(held) = self.held.take_if(|held| held.time_ns < passed_ns) {
             self.put(page, held.time_ns, held.number, &held.bytes);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Replays a record in a separate process beside a running system: its code, memory and processor time are separate from those of the
-//! controlling process. Ending the process ends the replay.
+//! Replays a record in a separate process while a system runs, so that code, memory and processor time of the replay are separate from
+//! those of the controlling process. Ending the process ends the replay.
 use crate::found::ReplayResult;
 use crate::run::{ReplayOptions, Run};
 use crate::trust::{Trust, modules_in};
@@ -19,9 +19,9 @@ use std::time::Duration;
 
 /// Name of the descriptor over which the two processes communicate.
 const LINK: &str = "replay";
-/// Time for which it runs before it reports its progress.
+/// Interval at which a running replay reports its progress.
 const SLICE: Duration = Duration::from_millis(100);
-/// Time limit for a process to end after its link has been closed.
+/// Time limit for a process to exit after its link has been closed.
 const GRACE: Duration = Duration::from_secs(2);
 
 /// Request to the process.
@@ -29,7 +29,7 @@ const GRACE: Duration = Duration::from_secs(2);
 struct Request {
     path: PathBuf,
     trust: Vec<String>,
-    /// Code modules that replace recorded ones of the same names, if the record contains any.
+    /// Code modules that replace recorded modules of the same names.
     others: Vec<(String, Vec<u8>)>,
     python: String,
 }
@@ -51,11 +51,11 @@ pub struct Replaying {
     pub running: bool,
     /// Number of firings that were replayed.
     pub firings: u64,
-    /// Release of the last replayed firing, ns on the recording's clock; null before the first.
+    /// Release time of the last replayed firing, ns on the recording's clock; null before the first.
     pub time_ns: Option<i64>,
-    /// Findings, after the end of the replay.
+    /// Findings, once the replay has ended.
     pub found: Option<ReplayResult>,
-    /// Reason why the replay could not be run, or not to its end.
+    /// Reason why the replay could not be run, or could not be completed.
     pub failure: Option<String>,
 }
 
@@ -68,8 +68,8 @@ pub struct Apart {
 }
 
 impl Apart {
-    /// Starts a replay. `command` must lead to a call of [`serve`]; `trust` contains the digests of code modules that may run; `others`
-    /// replace modules of the same names, if the record contains any.
+    /// Starts a replay. `command` must call [`serve`] in the new process; `trust` contains the digests of code modules that may run;
+    /// `others` replace recorded modules of the same names.
     ///
     /// # Errors
     /// Fails with a message if the process cannot be started.
@@ -90,7 +90,7 @@ impl Apart {
         locked(&self.standing).clone()
     }
 
-    /// Stops the replay where it is. Idempotent.
+    /// Stops the replay at its current position. Idempotent.
     pub fn stop(&self) {
         self.is_cancelled.store(true, Ordering::Release);
         self.child.kill();
@@ -151,7 +151,7 @@ impl Listener {
     }
 }
 
-/// Runs the process: executes the requested replay, and reports its progress and its findings.
+/// Main function of the process: executes the requested replay, and reports its progress and findings.
 ///
 /// # Errors
 /// Fails with a message if the process was not started for this purpose.
@@ -169,7 +169,7 @@ pub fn serve() -> Result<(), String> {
     .or(Ok(()))
 }
 
-/// Returns `None` if the controlling process does not listen.
+/// Executes a request; returns `None` if the controlling process has closed the link.
 fn run(request: Request, link: &mut UnixStream) -> Result<Option<ReplayResult>, String> {
     let Request { path, trust, mut others, python } = request;
     if !others.is_empty() {

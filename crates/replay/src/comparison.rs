@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Runs a record twice side by side, with the recorded code and with other code, and finds the first difference.
+//! Runs a record in two players side by side, with the recorded code and with other code, and finds the first difference.
 use crate::Codes;
 use crate::player::{Moment, Player, Svv, Unplayable};
 use crate::recording::Item;
@@ -12,11 +12,11 @@ pub struct Difference {
     pub source: String,
     /// Number of the source's firing.
     pub number: u64,
-    /// Release of the firing, ns on the clock of the record.
+    /// Release time of the firing, ns on the clock of the record.
     pub time_ns: i64,
-    /// True if a script caused it between two firings (an `execute`, a start).
+    /// True if a script caused the difference between two firings (an `execute`, a start).
     pub between: bool,
-    /// Block, with its instance, and port; `None` if only the path of the source differs.
+    /// Block, with its instance, and port; `None` if only the execution of the source differs.
     pub port: Option<(String, String)>,
     /// SVV in which the port's value is stored; `None` for a private cell.
     pub svv: Option<String>,
@@ -26,7 +26,7 @@ pub struct Difference {
     pub recorded: Vec<u8>,
     /// Value that the other code stores.
     pub replayed: Vec<u8>,
-    /// Difference in the path of the source, if there is one.
+    /// Deviation of the execution of the source from the record; `None` if there is none.
     pub how: Option<String>,
 }
 
@@ -37,15 +37,15 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Creates a comparison between the code of the record, `recorded`, and `other`.
+    /// Creates a comparison between the record's own code, `recorded`, and `other`.
     pub fn new(recorded: Box<dyn Codes>, other: Box<dyn Codes>) -> Comparison {
         Comparison { before: Player::new(recorded), after: Player::new(other) }
     }
 
-    /// Plays the next item in both runs. Returns the moment with the other code, and the difference, if there is one.
+    /// Plays the next item in both runs. Returns the moment of the run with the other code, and the difference, if there is one.
     ///
     /// # Errors
-    /// Fails as [`Player::play`] does, and if the code of the record does not reproduce the recorded values.
+    /// Fails as [`Player::play`] does, and if the record's own code does not reproduce the recorded values.
     pub fn play(&mut self, item: &Item) -> Result<Option<(Moment, Option<Difference>)>, Unplayable> {
         let before = self.before.play(item)?;
         let after = self.after.play(item)?;

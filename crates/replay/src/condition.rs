@@ -5,7 +5,7 @@ use crate::player::{Player, Svv};
 /// A condition at which a run stops.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Condition {
-    /// Alternatives; all parts of one of them must hold.
+    /// Alternatives; the condition holds if all parts of one of them hold.
     any: Vec<Vec<Part>>,
 }
 
@@ -27,16 +27,16 @@ enum Relation {
     Other,
 }
 
-/// Longer relations come first, so that `>=` is not read as `>`.
+/// Relational operators by their text. Longer ones come first, so that `>=` is not parsed as `>`.
 const RELATIONS: [(&str, Relation); 6] =
     [(">=", Relation::AtLeast), ("<=", Relation::AtMost), ("==", Relation::Equal), ("!=", Relation::Other), (">", Relation::Above), ("<", Relation::Below)];
 
 impl Condition {
-    /// Parses a condition: comparisons of an SVV, or an element of it, with a number, joined by `and` and `or`; `and` has the higher
+    /// Parses a condition: comparisons of an SVV, or an element of one, with a number, joined by `and` and `or`; `and` has the higher
     /// precedence.
     ///
     /// # Errors
-    /// Fails with a message that quotes the unknown text and describes the syntax.
+    /// Fails with a message that quotes the invalid text and describes the syntax.
     pub fn read(text: &str) -> Result<Condition, String> {
         let words: Vec<&str> = text.split_whitespace().collect();
         let any = words.split(|word| *word == "or").map(|all| all.split(|word| *word == "and").map(|part| part_of(&part.join(" "), text)).collect());
@@ -48,10 +48,10 @@ impl Condition {
         self.any.iter().flatten().map(|part| part.svv.as_str())
     }
 
-    /// Returns true if the condition holds now; an SVV that does not exist yet fails every comparison.
+    /// Returns true if the condition holds now; any comparison with an SVV that does not exist yet is false.
     ///
     /// # Errors
-    /// Fails with a message if an SVV has no such element, or is not a number.
+    /// Fails with a message if an SVV has no such element or is not a number.
     pub fn holds(&self, player: &mut Player) -> Result<bool, String> {
         for all in &self.any {
             let mut holds = true;
@@ -102,13 +102,13 @@ impl Part {
 }
 
 impl Svv {
-    /// Returns an element as a number; `None` for structures, and beyond the end.
+    /// Returns an element as a number; `None` if the type is a structure or the index is out of range.
     pub fn number(&self, element: usize) -> Option<f64> {
         number(&self.type_text, &self.bytes, element)
     }
 }
 
-/// Returns element `element` of a value of C type `type_text`, as a number.
+/// Returns element `element` of a value of C type `type_text` as a number.
 pub(crate) fn number(type_text: &str, bytes: &[u8], element: usize) -> Option<f64> {
     let scalar = type_text.split('[').next().unwrap_or_default().trim();
     let at = |len: usize| bytes.get(element.checked_mul(len)?..element.checked_add(1)?.checked_mul(len)?);

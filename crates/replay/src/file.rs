@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Records in files: MCAP, with consecutive items on the channel [`TOPIC`], numbered from 0. The other channels of the file belong to the
-//! recorder, which writes them all.
+//! Records in MCAP files: consecutive items on the channel [`TOPIC`], numbered from 0. The recorder writes the whole file; its other
+//! channels are its own.
 use crate::recording::Item;
 use mcap::{Record, Unreadable};
 use runtime::trace::Entry;
@@ -36,8 +36,8 @@ impl Reader {
         Ok(Reader { file, channel: None, next: 0 })
     }
 
-    /// Returns the next item, or `None` at the end. If items are missing because the disk was too slow, it returns an item that states
-    /// so.
+    /// Returns the next item, or `None` at the end. If items are missing because the disk was too slow, returns an item that reports
+    /// this.
     ///
     /// # Errors
     /// Fails with a message if the file is damaged.
@@ -61,7 +61,7 @@ impl Reader {
         self.channel.is_some()
     }
 
-    /// Returns true if the file ends without its end record.
+    /// Returns true if the file lacks its end record.
     pub fn is_cut_off(&self) -> bool {
         self.file.is_cut_off()
     }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Result of a replay, for people and for other programs.
+//! Result of a replay, readable by people and by other programs.
 use crate::comparison::Difference;
 use crate::condition::number;
 use crate::player::Svv;
 use serde::{Deserialize, Serialize};
 
-/// Reason why a run stopped.
+/// Reason why a run was stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "ReplayStopped"))]
@@ -19,7 +19,7 @@ pub enum StopReason {
     Time,
     /// A value differs from the recorded one.
     Difference,
-    /// The record does not contain the continuation.
+    /// The record lacks the data to continue.
     Unplayable,
 }
 
@@ -31,52 +31,52 @@ pub struct ReplayResult {
     pub stopped: StopReason,
     /// Number of firings that were replayed.
     pub firings: u64,
-    /// Fingerprint of the run so far: all records of the same run have the same one.
+    /// Fingerprint of the run so far; identical for all records of one run.
     pub fingerprint: String,
     /// True if every value so far equals that of the record, bit for bit.
     pub same: bool,
-    /// Source of the last moment.
+    /// Source of the last firing.
     pub source: String,
     /// Number of the source's firing.
     pub number: u64,
-    /// Release of the firing, ns.
+    /// Release time of the firing, ns.
     pub time_ns: i64,
     /// The first difference.
     pub difference: Option<DifferenceText>,
-    /// Reason why the record cannot be continued, and other notes.
+    /// Reason why the record cannot be replayed further, and other notes.
     pub message: String,
-    /// SVVs that were requested.
+    /// Requested SVVs.
     pub svvs: Vec<ShownSvv>,
 }
 
-/// A difference, for people.
+/// Difference as human-readable text.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "ReplayDifference"))]
 pub struct DifferenceText {
-    /// Source in which it occurred.
+    /// Source in which the difference occurred.
     pub source: String,
     /// Number of the firing.
     pub number: u64,
-    /// Release of the firing, ns.
+    /// Release time of the firing, ns.
     pub time_ns: i64,
-    /// True if it occurred between two firings.
+    /// True if the difference occurred between two firings.
     pub between: bool,
     /// Label of the block, with its instance; empty if unknown.
     pub block: String,
     /// Port; empty if unknown.
     pub port: String,
-    /// SVV in which the value is stored; empty for a private cell, and if unknown.
+    /// SVV in which the value is stored; empty if it is a private cell or unknown.
     pub svv: String,
     /// Type of the port.
     pub type_text: String,
-    /// Elements of the recorded value; hexadecimal digits if it has no numbers.
+    /// Elements of the recorded value; hexadecimal digits if it contains no numbers.
     pub recorded: Vec<String>,
-    /// Elements of the present value, in the same form.
+    /// Elements of the replayed value, in the same format.
     pub replayed: Vec<String>,
-    /// Difference in the path of the source, if there is one.
+    /// Deviation of the execution of the source from the record; empty if there is none.
     pub how: String,
-    /// SVVs that blocks of the source store, with their present values, if the block is unknown.
+    /// SVVs that blocks of the source store, with their current values; used if the block is unknown.
     pub stored: Vec<ShownSvv>,
 }
 
@@ -121,7 +121,7 @@ impl DifferenceText {
     }
 }
 
-/// Returns the elements of a value as text that represents every bit; hexadecimal digits if it has no numbers.
+/// Formats the elements of a value without loss of any bit; as hexadecimal digits if it contains no numbers.
 pub fn elements(type_text: &str, bytes: &[u8]) -> Vec<String> {
     let numbers: Vec<String> = (0..).map_while(|element| number(type_text, bytes, element)).map(|number| format!("{number:?}")).collect();
     if numbers.is_empty() && !bytes.is_empty() {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Replays a recorded run. A record contains every script that was passed to a source, all inputs of every source from outside
-//! (`runtime::trace`), and the code of the blocks; so the same blocks compute the same values, bit for bit, under the record's clock.
-//! Neither supervisor nor programming system is needed: their decisions are in the scripts.
+//! Replays a recorded run. A record contains every script passed to a source, all external inputs of every source (`runtime::trace`), and
+//! the code of the blocks. Therefore the same blocks compute the same values, bit for bit, under the record's clock. Neither the
+//! supervisor nor the programming system is needed, because their decisions are in the scripts.
 //!
-//! [`Recording`] gathers the items of a record while it is made, [`Player`] replays them, and [`Comparison`] runs them with other code
-//! beside the recorded code and names the first difference. [`Reader`] reads items from a recording's file, [`Run`] combines all of it
-//! for a command, and [`Apart`] does the same in a separate process, beside a running system.
+//! [`Recording`] gathers the items of a record while it is being made, [`Player`] replays them, and [`Comparison`] runs them with other
+//! code in parallel with the recorded code and names the first difference. [`Reader`] reads items from a recording's file, [`Run`]
+//! combines all of these for a command, and [`Apart`] does the same in a separate process while a system runs.
 mod apart;
 mod comparison;
 mod condition;

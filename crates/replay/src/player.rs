@@ -12,7 +12,7 @@ use runtime::{Change, PlayedSegment};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Reason why a record cannot be continued, as a message.
+/// Reason why a record cannot be replayed further, as a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unplayable(pub String);
 
@@ -29,28 +29,28 @@ impl std::error::Error for Unplayable {}
 pub struct Moment {
     /// Source of the segment.
     pub source: SourceId,
-    /// Occasion of the firing.
+    /// Event that caused the firing.
     pub occasion: Occasion,
     /// Number of the firing.
     pub number: u64,
-    /// Its release, ns on the clock of the record.
+    /// Release time of the firing, ns on the clock of the record.
     pub time_ns: i64,
-    /// True if every value that the blocks of the source have stored equals that of the record, bit for bit.
+    /// True if every value stored by the blocks of the source equals the recorded value, bit for bit.
     pub same: bool,
-    /// Difference from the recorded path of the source, as a message, if there is one.
+    /// Deviation of the source's execution from the record, as a message; `None` if there is none.
     pub differs: Option<String>,
 }
 
-/// A state vector variable of the record, with its value.
+/// A state vector variable (SVV) of the record, with its value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Svv {
     /// Name.
     pub name: String,
     /// C type.
     pub type_text: String,
-    /// Unit, or empty.
+    /// Unit; empty if there is none.
     pub unit: String,
-    /// Present value.
+    /// Current value.
     pub bytes: Vec<u8>,
 }
 
@@ -88,7 +88,7 @@ impl Player {
     /// Plays the next item; returns the outcome if it is a segment of a source.
     ///
     /// # Errors
-    /// Fails with the reason if the player cannot continue the record.
+    /// Fails with the reason if the player cannot replay the record any further.
     pub fn play(&mut self, item: &Item) -> Result<Option<Moment>, Unplayable> {
         let entry = match item {
             Item::Module { key, name, bytes } => {
@@ -155,7 +155,7 @@ impl Player {
         Ok(Moment { source, occasion: stretch.occasion, number: stretch.number, time_ns: stretch.time_ns, same, differs })
     }
 
-    /// Adds the segment to the fingerprint: events, inputs from outside, and computed values.
+    /// Adds the segment to the fingerprint: events, external inputs, and computed values.
     fn mark(&mut self, source: SourceId, stretch: &Stretch) {
         let of = match stretch.occasion {
             Occasion::Firing => 1,
@@ -168,7 +168,7 @@ impl Player {
         self.fingerprint = bytes.fold(self.fingerprint ^ 0xcbf2_9ce4_8422_2325, |of, byte| (of ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3));
     }
 
-    /// Returns the fingerprint of the run so far: all records of the same run have the same one.
+    /// Returns the fingerprint of the run so far, which is identical for all records of one run.
     pub fn fingerprint(&self) -> u64 {
         self.fingerprint
     }
@@ -183,12 +183,12 @@ impl Player {
         self.sources.get(source.0 as usize).map_or("?", String::as_str)
     }
 
-    /// Returns the values that the blocks of a source have stored, in the order of a firing.
+    /// Returns the values stored by the blocks of a source, in the order in which a firing stores them.
     pub fn stored(&self, source: SourceId) -> Vec<Change> {
         self.host.stored(source)
     }
 
-    /// Returns the SVVs that blocks of a source store, with the stored values, in the order of their names.
+    /// Returns the SVVs that blocks of a source store, with the stored values, sorted by name.
     pub fn stored_svvs(&mut self, source: SourceId) -> Vec<Svv> {
         let mut found = Vec::new();
         for (name, places) in &mut self.svvs {
@@ -201,12 +201,12 @@ impl Player {
         found
     }
 
-    /// Returns the names of the SVVs so far.
+    /// Returns the names of the SVVs that have occurred in scripts so far.
     pub fn svvs(&self) -> impl Iterator<Item = &str> {
         self.svvs.keys().map(String::as_str)
     }
 
-    /// Returns an SVV with its value, taken from the running block that stores it if there is one; `None` if no script has named the SVV
+    /// Returns an SVV with its value, taken from the running block that stores it, if any; `None` if the SVV has not occurred in a script
     /// yet.
     pub fn svv(&mut self, name: &str) -> Option<Svv> {
         let places = self.svvs.get_mut(name)?;

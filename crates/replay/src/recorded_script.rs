@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Code of the record for recorded scripts, and devices and connections that reproduce the recorded values.
+//! Code for recorded scripts, and devices and connections that reproduce the recorded values.
 use device::Channel;
 use interconnect::{Receiver, Sender};
 use kernel::{Device, Way};
@@ -58,7 +58,7 @@ impl Ground for RecordedScript {
     }
 }
 
-/// Code of the record, except for modules that are replaced by others.
+/// Code of the record, in which some modules may be replaced.
 pub struct ExchangedCode {
     code: rtp::Code,
     others: HashMap<String, Vec<u8>>,
@@ -70,7 +70,7 @@ impl ExchangedCode {
         ExchangedCode { code, others: HashMap::new() }
     }
 
-    /// Replaces the record's module `name` by the shared object `bytes`.
+    /// Replaces the record's module `name` with the shared object `bytes`.
     pub fn exchange(&mut self, name: &str, bytes: Vec<u8>) {
         self.others.insert(name.to_owned(), bytes);
     }

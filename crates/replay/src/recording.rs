@@ -1,32 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A record in progress: the items that the kernels have written, and the code that they need.
+//! A record in progress: the items that the kernels have written, and the code that these items need.
 use rtp::Module;
 use runtime::trace::{CodeNames, Entry, Trace};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
-/// One item of a record. Items must be played in their order.
+/// Item of a record. Items must be played in order.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum Item {
-    /// Code of blocks that are used after it.
+    /// Code of blocks that later items use.
     Module {
-        /// Key by which scripts refer to it.
+        /// Key by which scripts refer to the module.
         key: String,
         /// Name of the module.
         name: String,
         /// Shared object.
         bytes: Vec<u8>,
     },
-    /// Item that a host has written.
+    /// Item written by a host.
     Entry(Entry),
 }
 
 impl Item {
-    /// Serializes the item for a record.
+    /// Serialises the item for a record.
     ///
     /// # Panics
-    /// Never: all content of an item can be serialized.
+    /// Never: any item can be serialised.
     pub fn bytes(&self) -> Vec<u8> {
         postcard::to_allocvec(self).expect("every item can be written")
     }
@@ -34,23 +34,23 @@ impl Item {
     /// Parses an item from the bytes of a record.
     ///
     /// # Errors
-    /// Fails with a message if the bytes are not an item, or are of another version.
+    /// Fails with a message if the bytes are not an item or have a different version.
     pub fn of(bytes: &[u8]) -> Result<Item, String> {
         postcard::from_bytes(bytes).map_err(|why| format!("an item of the record cannot be read ({why}): it is damaged, or of another version of OpenGPAC"))
     }
 
-    /// Returns the reason why the record cannot be replayed beyond this item, if the item states one.
+    /// Returns the reason why the record cannot be replayed beyond this item, if the item contains one.
     pub fn broken(&self) -> Option<&str> {
         if let Item::Entry(Entry::Broken(why)) = self { Some(why) } else { None }
     }
 
-    /// Returns the source and the release of the event, ns on the clock; `None` for an item that only prepares.
+    /// Returns the source and the release time of the event, ns on the clock; `None` if the item only prepares the run.
     pub fn time_ns(&self) -> Option<i64> {
         if let Item::Entry(Entry::Stretch(_, stretch)) = self { Some(stretch.time_ns) } else { None }
     }
 }
 
-/// Code that scripts have named, by key.
+/// Code that scripts refer to, by key.
 type Modules = Arc<Mutex<HashMap<String, Code>>>;
 
 struct Code {
@@ -84,8 +84,8 @@ impl Recording {
         Ok(Recording { trace: begin(names)?, modules, entries: Vec::new() })
     }
 
-    /// Takes the items since the last call, in order. One thread must call it often enough: items for which there is no room are lost,
-    /// and the record contains their number.
+    /// Appends the items recorded since the last call to `out`, in order. Call this regularly, and from one thread only: when the buffer
+    /// is full, items are lost, and the record contains the number of lost items.
     pub fn take(&mut self, out: &mut Vec<Item>) {
         self.trace.take(&mut self.entries);
         // The code of the items just taken is registered by now.

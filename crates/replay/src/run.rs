@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Replays a file as far as requested, and reports the findings.
+//! Replays a file to the requested point, and reports the findings.
 use crate::comparison::{Comparison, Difference};
 use crate::condition::Condition;
 use crate::file::Reader;
@@ -17,15 +17,15 @@ use std::time::{Duration, Instant};
 pub struct ReplayOptions {
     /// Condition at which to stop.
     pub until: Option<String>,
-    /// Time after which to stop, ns on the clock of the record.
+    /// Time at which to stop, ns on the clock of the record.
     pub to_ns: Option<i64>,
-    /// Names of SVVs to report at the end, with `*` as a wildcard.
+    /// Names of SVVs to report at the end; `*` is a wildcard.
     pub show: Vec<String>,
     /// Code modules that replace recorded ones: (name of the module, shared object).
     pub with: Vec<(String, PathBuf)>,
     /// Code modules in the file that may run; none by default.
     pub trust: Trust,
-    /// Interpreter that tries code modules in a separate process.
+    /// Interpreter used to test code modules in a separate process.
     pub python: String,
 }
 
@@ -42,7 +42,7 @@ pub struct Run {
     until: Option<Condition>,
     asked: ReplayOptions,
     last: Option<(String, u64, i64)>,
-    /// Code modules of the record so far.
+    /// Code modules found in the record so far.
     modules: Vec<String>,
 }
 
@@ -50,8 +50,7 @@ impl Run {
     /// Opens a record.
     ///
     /// # Errors
-    /// Fails with a message if the file, the condition or a module cannot be read, or if the file contains code that is not
-    /// trusted. No code of the file has run.
+    /// Fails with a message if the file, the condition or a module cannot be read, or if the file contains untrusted code. None of the file's code has run at that point.
     pub fn open(path: &Path, asked: ReplayOptions) -> Result<Run, String> {
         let read = |(name, file): &(String, PathBuf)| {
             let bytes = std::fs::read(file).map_err(|why| format!("cannot read module '{}': {why}", file.display()))?;
@@ -61,7 +60,7 @@ impl Run {
         Run::with_code(path, asked, others)
     }
 
-    /// Opens a record with code modules from memory, (name, shared object), that replace recorded ones.
+    /// Opens a record, replacing recorded code modules with modules from memory, (name, shared object).
     pub(crate) fn with_code(path: &Path, asked: ReplayOptions, others: Vec<(String, Vec<u8>)>) -> Result<Run, String> {
         asked.trust.check_file(path)?;
         let until = asked.until.as_deref().map(Condition::read).transpose()?;
@@ -78,10 +77,10 @@ impl Run {
         Ok(Run { path: path.to_owned(), reader: Reader::open(path)?, runner, until, asked, last: None, modules: Vec::new() })
     }
 
-    /// Continues for at most `slice` of real time; returns the findings when the run has ended.
+    /// Continues the replay for at most `slice` of real time; returns the findings when the run has ended.
     ///
     /// # Errors
-    /// Fails with a message if the file is damaged, or if the condition refers to something that does not exist.
+    /// Fails with a message if the file is damaged, or if the condition refers to an SVV or element that does not exist.
     pub fn some(&mut self, slice: Duration) -> Result<Option<ReplayResult>, String> {
         let begun = Instant::now();
         let mut steps = 0u32;
@@ -116,7 +115,7 @@ impl Run {
         }
     }
 
-    /// Returns the progress: release of the last moment, ns, and number of firings so far.
+    /// Returns the progress: release time of the last firing, ns, and number of firings so far.
     pub fn progress(&mut self) -> (Option<i64>, u64) {
         (self.last.as_ref().map(|(_, _, time_ns)| *time_ns), self.player().firings())
     }
@@ -162,7 +161,7 @@ impl Run {
         }
     }
 
-    /// Describes a difference of the recorded code itself, which can be compared with a digest only.
+    /// Describes a deviation of the recorded code itself if it is known only from a digest.
     fn unnamed(&mut self, moment: &Moment) -> DifferenceText {
         let how = moment.differs.clone().unwrap_or_else(|| {
             "the code of the record produces other values here than during the recording: the version of the library differs, or a block is not a function of its inputs".to_owned()

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Trust in native code from a file: a record contains the code modules of its blocks, and replaying it means running them. No file is
-//! trusted just because it exists: the user declares trust in all its modules, or in those with certain digests.
+//! Trust in native code from a file. A record contains the code modules of its blocks, and replaying it means running them. No file is
+//! trusted merely because it exists: the user declares trust in all its modules, or in those with certain digests.
 use crate::file::Reader;
 use crate::recording::Item;
 use serde::{Deserialize, Serialize};
@@ -10,9 +10,9 @@ use std::path::Path;
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[serde(untagged)]
 pub enum Trust {
-    /// Trusts all modules, or none.
+    /// Trust in all modules if true, in none if false.
     Said(bool),
-    /// Trusts modules with these digests.
+    /// Trust in the modules with these digests.
     Of(Vec<String>),
 }
 
@@ -39,7 +39,7 @@ impl CodeFile {
     }
 }
 
-/// Returns the code modules in a file, as far as it can be read. None of them runs.
+/// Returns the code modules in a file, up to the point where it can be read, without running them.
 ///
 /// # Errors
 /// Fails with a message if the file does not exist or is not a record.
@@ -68,7 +68,7 @@ impl Trust {
         if strange.is_empty() { Ok(()) } else { Err(refusal(&path.display().to_string(), &strange)) }
     }
 
-    /// Checks one module that is about to be loaded: the file may differ from the one that was checked before.
+    /// Checks one module that is about to be loaded, because the file may have changed since it was checked.
     pub(crate) fn check(&self, path: &Path, name: &str, bytes: &[u8]) -> Result<(), String> {
         if *self == Trust::Said(true) {
             return Ok(());

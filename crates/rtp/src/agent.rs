@@ -22,25 +22,25 @@ use std::time::Duration;
 /// Agent that serves one commander.
 pub(crate) struct Agent {
     pub shared: Arc<ProcessorState>,
-    /// Sender of events, and heartbeat thread.
+    /// Threads that send events and the heartbeat.
     pub threads: Vec<JoinHandle<()>>,
     pub ground: Grounds,
-    /// While set, every write of a device is the safe one.
+    /// While set, every write of a device outputs the safe values.
     pub stop: Arc<AtomicBool>,
     pub farewells: HashMap<(u64, SourceId), Option<Parcel>>,
-    /// True if something continues without a commander.
+    /// True if a process continues to run without a commander.
     pub goes_on: bool,
     pub patience: Duration,
-    /// Number of sources of the system so far, local or not.
+    /// Number of sources added to the system so far, local and remote.
     count: u32,
-    /// Remote sources that local channels raise.
+    /// Remote sources raised by local channels.
     passed: HashSet<SourceId>,
     /// Options with which each device was opened, and its driver's description of itself.
     opened: HashMap<String, Opening>,
     /// Tables in force in each source, or about to be.
     pub held: BTreeMap<SourceId, Holding>,
     pub terms: Arc<Terms>,
-    /// Processes already running here that this commander is to take over.
+    /// Agent of processes that already run here and that this commander will take over.
     pub before: Option<Box<Agent>>,
     /// Supervisor that connected when the link was about to break.
     pub caller: Option<Box<dyn Caller>>,
@@ -52,7 +52,7 @@ struct Opening {
     description: String,
 }
 
-/// Cause of the end of the service of one commander.
+/// Reason why the service of a commander ended.
 pub(crate) enum ServiceEnd {
     /// The commander closed the service.
     Closed,
@@ -63,7 +63,7 @@ pub(crate) enum ServiceEnd {
 }
 
 impl Agent {
-    /// Makes the agent of a commander that connects over `link`. `before`: the agent of processes already running here.
+    /// Creates the agent of a commander that connects over `link`. `before`: the agent of processes already running here.
     pub fn hired(admitted: AdmittedSupervisor, terms: &Arc<Terms>, before: Option<Box<Agent>>) -> Result<Agent, (String, Option<Box<Agent>>)> {
         let AdmittedSupervisor { link, reaches, black_box, is_unguarded } = admitted;
         if let (true, Some(before)) = (is_unguarded, &before) {
@@ -119,7 +119,7 @@ impl Agent {
         })
     }
 
-    /// Serves until the other side closes, disconnects or is silent for too long; rejects new connections meanwhile.
+    /// Serves until the other side closes the link, disconnects or is silent for too long; rejects new connections in the meantime.
     pub fn run(&mut self, door: &mut Option<Box<dyn Door>>) -> ServiceEnd {
         let mut silence = Silence::begins();
         loop {
@@ -163,7 +163,7 @@ impl Agent {
         self.say(&News::Answer { ticket, answer });
     }
 
-    /// Carries out an order; returns true if it was to end.
+    /// Carries out an order; returns true if the order ends the service.
     fn obey(&mut self, order: Order) -> Result<bool, String> {
         match order {
             Order::Greet { .. } => return Err("a second greeting".to_owned()),
@@ -238,7 +238,7 @@ impl Agent {
         Ok(false)
     }
 
-    /// Returns the number of a source that runs here; fails for others.
+    /// Returns the number of a source if it runs here; fails otherwise.
     fn mine(&self, source: SourceId) -> Result<SourceId, String> {
         if locked(&self.shared.sources).contains(&source) { Ok(source) } else { Err(format!("source {} does not run here", source.0)) }
     }
@@ -271,7 +271,7 @@ impl Agent {
         Ok(())
     }
 
-    /// Reports the remote sources that local channels raise to the commander.
+    /// Reports to the commander which remote sources local channels raise.
     fn pass_on(&mut self) -> Result<(), String> {
         let raised: Vec<SourceId> =
             locked(&self.shared.reader).raised().filter(|source| !self.passed.contains(source) && self.mine(*source).is_err()).collect();
@@ -311,7 +311,7 @@ impl Agent {
         Ok(Answer::Opened { channels, description })
     }
 
-    /// Carries out a service of a driver on a separate thread: it may take long, and orders are processed meanwhile.
+    /// Carries out a service of a driver on a separate thread, because it may take long; orders are processed in the meantime.
     fn serve(&self, ticket: u64, device: &str, service: String, arguments: String) {
         let Some(beside) = locked(&self.shared.besides).get(device).cloned() else {
             return self.answer(ticket, Answer::Refused(format!("device '{device}' is not open there")));
@@ -330,7 +330,7 @@ impl Agent {
         }
     }
 
-    /// Returns true if a device of that name still belongs to the processes that ran here before.
+    /// Returns true if a device of that name still belongs to processes of the earlier commander.
     fn is_before(&self, name: &str) -> bool {
         self.before.as_ref().is_some_and(|before| before.opened.contains_key(name))
     }

@@ -19,7 +19,7 @@ pub struct Code {
 }
 
 impl Code {
-    /// Makes the code with the library. `probe`: tries modules before they are loaded.
+    /// Creates a registry that contains only the library. `probe`: tries modules before they are loaded.
     pub fn new(probe: Probe) -> Code {
         let types: Vec<TypeFace> = library::types().iter().filter_map(|of| TypeFace::read(of).ok()).collect();
         let faces: Vec<BlockFace> = library::blocks().iter().filter_map(|of| BlockFace::read(of, &types).ok()).collect();
@@ -28,7 +28,7 @@ impl Code {
         code
     }
 
-    /// Loads a module from its bytes. Fails with a description if it is faulty.
+    /// Loads a module from its bytes. Fails with a description if the module is faulty.
     pub fn load(&mut self, key: &str, name: &str, bytes: &[u8]) -> Result<(), String> {
         let module = Module::new(name, bytes.into());
         if module.key() != key {
@@ -40,7 +40,8 @@ impl Code {
         self.enter_bytes(key, module)
     }
 
-    /// Replaces the blocks registered under `key` by those of the shared object `bytes`. Fails with a description if it is faulty.
+    /// Replaces the blocks registered under `key` with the blocks of the shared object `bytes`. Fails with a description if the shared
+    /// object is faulty.
     pub fn replace(&mut self, key: &str, name: &str, bytes: &[u8]) -> Result<(), String> {
         self.enter_bytes(key, Module::new(name, bytes.into()))
     }

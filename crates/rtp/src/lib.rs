@@ -2,13 +2,13 @@
 //! A real-time processor in a process of its own, on this host or another one.
 //!
 //! The commanding side has a [`Processor`]: a [`runtime::Remote`] to its host, which runs sources like any other. The running side is
-//! [`serve`]: a separate host, with its own kernels, devices and code, that carries out orders from the [`interconnect::Link`]. The
-//! messages are defined in [`protocol`]; scripts and tables are encoded by [`runtime::encoding`].
+//! [`serve`]: a separate host, with its own kernels, devices and code, that carries out orders received over the [`interconnect::Link`].
+//! The messages are defined in [`protocol`]; scripts and tables are encoded by [`runtime::encoding`].
 //!
 //! | thread of the processor | does |
 //! |---|---|
 //! | caller of `serve` | processes orders: scripts, questions, modules, devices |
-//! | `tells` | sends events as they are made, and every 20 ms the state of sources, connections and devices |
+//! | `tells` | sends events as they occur, and every 20 ms the state of sources, connections and devices |
 //! | `heart` | beats for the guard while the sources serve; never waits |
 //! | one per source | its kernel |
 //!

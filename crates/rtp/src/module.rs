@@ -18,19 +18,19 @@ pub struct Module {
 }
 
 impl Module {
-    /// Makes the entry of the library, which every processor has.
+    /// Creates the entry of the library, which every processor has.
     pub fn library() -> Module {
         Module { key: LIBRARY.to_owned(), name: LIBRARY.to_owned(), bytes: Arc::default() }
     }
 
-    /// Makes a module of a shared object. Two with the same bytes are identical.
+    /// Creates a module from a shared object. Two modules with the same bytes are identical.
     pub fn new(name: &str, bytes: Arc<[u8]>) -> Module {
         let mut hasher = DefaultHasher::new();
         bytes.hash(&mut hasher);
         Module { key: format!("{name}:{:016x}:{}", hasher.finish(), bytes.len()), name: name.to_owned(), bytes }
     }
 
-    /// Returns the key of the module, the same on both sides.
+    /// Returns the key of the module, which is the same on both sides.
     pub fn key(&self) -> &str {
         &self.key
     }
@@ -50,7 +50,7 @@ impl Module {
         sha256(&self.bytes)
     }
 
-    /// Returns the module that keeps a block's code, if it can be sent.
+    /// Returns the module that a block keeps as the owner of its code, if it can be sent.
     pub fn of(keeper: &Arc<dyn Any + Send + Sync>) -> Option<&Module> {
         keeper.downcast_ref()
     }

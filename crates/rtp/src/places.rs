@@ -6,24 +6,26 @@ use std::ffi::OsString;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Refusal of a build without links between hosts.
+/// Refusal text of a build without links between hosts.
 pub const NO_HOSTS: &str = "this build has no links between hosts: build them with `make setup-hosts` in the sources, or use the wheel, which has them";
 
 /// Carrier of the connections between this process and a processor.
 pub type Near = Box<dyn Ends>;
 
-/// Starts processors in processes of this host, and finds those that joined from other hosts. Passed to a system by its maker.
+/// Starts processors in processes of this host, and finds processors that have joined from other hosts. Passed to a system by its
+/// creator.
 pub trait Places: Send + Sync {
-    /// Sets the receiver of notes for people: their subject, and the event. Called once, before the first process.
+    /// Sets the receiver of messages for people. Called once, before the first process.
     fn tell_to(&self, _tell: Tell) {}
 
-    /// Starts a process of this host for processors: `name` is that of its only processor, or the common name if several share it.
+    /// Starts a process of this host for processors: `name` is the name of its only processor, or the common name if several share it.
     ///
     /// # Errors
-    /// Fails with a message if it cannot start.
+    /// Fails with a message if the process cannot start.
     fn process(&self, name: &str, bounds: &Bounds) -> Result<StartedProcessor, String>;
 
-    /// Guards this process itself, for a processor that consists of its threads; `lost_after`: maximum standstill, if configured.
+    /// Guards this process itself, for a processor that consists of threads of this process; `lost_after`: maximum suspension, if
+    /// configured.
     ///
     /// # Errors
     /// Fails with a message if there is no guard.
@@ -31,7 +33,7 @@ pub trait Places: Send + Sync {
         Err("this system has no guard".to_owned())
     }
 
-    /// Allows other hosts to join; `options`: JSON. `epoch_ns`: of the system, on CLOCK_MONOTONIC.
+    /// Allows other hosts to join; `options`: JSON. `epoch_ns`: epoch of the system, on CLOCK_MONOTONIC.
     ///
     /// # Errors
     /// Fails with a message if the address is in use, or not secured as required.
@@ -42,40 +44,40 @@ pub trait Places: Send + Sync {
     /// Closes everything that was started for the system.
     fn close(&self) {}
 
-    /// Returns the command line of a process that replays a recording, and the interpreter that tries its modules; `None` if there is
-    /// none.
+    /// Returns the command line of a process that replays a recording, and the interpreter that tries its modules; `None` if replay is
+    /// not available.
     fn replay(&self) -> Option<(Vec<OsString>, OsString)> {
         None
     }
 
-    /// Returns a host that has joined, for a processor.
+    /// Returns a processor on a host that has joined.
     ///
     /// # Errors
     /// Fails with a message if no host of that name has joined.
     fn host(&self, host: &str, processor: &str) -> Result<StartedProcessor, String>;
 }
 
-/// Replaces the handles with which the guard makes a device safe, and waits until the guard has them; an empty list if the device was
-/// closed.
+/// Replaces the handles with which the guard makes a device safe, and waits until the guard has received them. The list is empty if the
+/// device was closed.
 pub type Holder = Box<dyn Fn(&str, &[SafeHandle]) -> Result<(), String> + Send + Sync>;
 
-/// A processor of this process, guarded until this is dropped.
+/// A processor of this process, guarded until this value is dropped.
 pub trait ProcessorHold: Send + Sync {
-    /// Returns the function that passes handles to the guard; it may outlive this.
+    /// Returns the function that passes handles to the guard; it may outlive this value.
     fn holder(&self) -> Holder;
 
-    /// Reports that the local kernels serve. Never waits.
+    /// Reports that the local kernels serve. Never blocks.
     fn beat(&self);
 }
 
 /// Maximum silence of each side of a remote processor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
-    /// Time after which a processor in a process of this host is ended if its heart stands still; `None`: the guard decides.
+    /// Time after which a processor in a process of this host is ended if its heart stops beating; `None`: the guard decides.
     pub lost_after: Option<Duration>,
     /// Time for which a process that continues without its commander waits for a supervisor to take it over.
     pub patience: Duration,
-    /// Time after which a commander that merely stands still counts as disconnected.
+    /// Time after which a commander that is merely suspended counts as disconnected.
     pub silence: Duration,
 }
 
@@ -96,33 +98,35 @@ pub struct StartedProcessor {
     pub near: Near,
     /// Process of the processor.
     pub running: Arc<dyn ProcessorProcess>,
-    /// Time without a message after which it is lost.
+    /// Time without a message after which the processor is lost.
     pub silence: Duration,
-    /// True if it was already running without a supervisor, and is about to be taken over.
+    /// True if the processor was already running without a supervisor, and is about to be taken over.
     pub is_adopted: bool,
 }
 
 /// The process of a processor.
 pub trait ProcessorProcess: Send + Sync {
-    /// Returns a description of the cause of its end: `was killed by signal 9 (SIGKILL)`. May wait briefly until the end is known.
+    /// Returns a description of the reason why the process ended: `was killed by signal 9 (SIGKILL)`. May wait briefly until the reason
+    /// is known.
     fn cause(&self) -> String;
 
-    /// Returns the step that source `place`, in the order of creation of the sources there, was running when last seen; `None` if none.
+    /// Returns the step that source `place` of the process, in order of creation, was last seen running; `None` if it was not running a
+    /// step.
     fn step(&self, _place: usize) -> Option<u32> {
         None
     }
 
-    /// Returns the index, in the same order, of the timer that kept its heart from beating when last seen; `None` if none.
+    /// Returns the index, in the same order, of the timer that was last seen to keep the heart from beating; `None` if there was none.
     fn stuck(&self) -> Option<usize> {
         None
     }
 
-    /// Announces that it is about to be asked to end.
+    /// Announces that the process is about to be asked to exit.
     fn ending(&self) {}
 
-    /// Announces that it was adopted, and now belongs to this side.
+    /// Announces that the process was adopted, and now belongs to this side.
     fn taken_over(&self) {}
 
-    /// Waits for it to end, and kills it if that takes too long. Nothing of it is left.
+    /// Waits for the process to exit, and kills it if that takes too long. Leaves no remains.
     fn end(&self);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Commanding side: a remote processor, as a local host sees it.
+//! Commanding side: a remote processor as seen by a local host.
 mod hears;
 mod remote;
 
@@ -20,7 +20,7 @@ use std::sync::mpsc::{Receiver as Frames, RecvTimeoutError, Sender as Outbox, ch
 use std::sync::{Arc, Condvar, Mutex, Weak};
 use std::time::Duration;
 
-/// A device opened there: its channels, and the driver's description of itself (JSON).
+/// A device opened in a remote processor: its channels, and the driver's description of itself (JSON).
 #[derive(Debug)]
 pub struct OpenedDevice {
     /// Channels, by index.
@@ -29,7 +29,8 @@ pub struct OpenedDevice {
     pub description: String,
 }
 
-/// A process with the sources of one or several processors. It outlives that process: after a loss another one may replace it.
+/// A process with the sources of one or several processors. This value outlives the process: after a loss, another process may replace
+/// it.
 pub struct Processor {
     name: String,
     bounds: Bounds,
@@ -42,20 +43,20 @@ pub struct Processor {
     statistics: Mutex<HashMap<SourceId, Statistics>>,
     block_times: Mutex<HashMap<BlockId, BlockTimes>>,
     devices: Mutex<HashMap<String, Weak<Device>>>,
-    /// Counters of the devices' drivers.
+    /// Counters maintained by the drivers of the devices.
     counted: Mutex<HashMap<String, DriverCounters>>,
     is_up: AtomicBool,
-    /// Set while its loss is being reported.
+    /// Set while the processor's loss is being reported.
     is_leaving: AtomicBool,
-    /// Human-readable cause of its last loss.
+    /// Human-readable cause of the processor's last loss.
     lost: Mutex<Option<String>>,
     /// Maximum silence of the processor.
     silence_ms: AtomicU64,
     running: Mutex<Option<Arc<dyn ProcessorProcess>>>,
-    /// Blocks of the steps in the table of each source there.
+    /// Blocks of the steps in the table of each remote source.
     tables: Mutex<HashMap<SourceId, Vec<Option<BlockId>>>>,
     closing: AtomicBool,
-    /// True if processes run there that this side has not taken over yet.
+    /// True if the processor runs processes that this side has not taken over yet.
     is_adopted: AtomicBool,
     host: Mutex<Weak<Host>>,
 }
@@ -70,21 +71,21 @@ struct Wire {
     last: u64,
 }
 
-/// Timeout of answers: opening a device or trying a module takes time, taking a process none.
+/// Timeout for answers: opening a device or trying a module takes time; taking a process does not.
 const ANSWER: Duration = Duration::from_secs(30);
-/// Timeout of services, which may move a machine: the waiting client decides for how long.
+/// Timeout for services, which may move a machine. In practice, the waiting client decides how long to wait.
 const SERVICE: Duration = Duration::from_secs(24 * 3600);
 const TAKE: Duration = Duration::from_secs(2);
 
-/// Time without another message after which this side sends a sign of life.
+/// Time without another message after which this side sends an `Alive` message.
 const ALIVE: Duration = Duration::from_millis(500);
 
 /// Poll period for silence.
 const LOOK: Duration = Duration::from_millis(50);
 
 impl Processor {
-    /// Makes a processor without a process yet, named after the process or, on another host, after the processor. `host_name`: host where
-    /// it runs, `None` for this one.
+    /// Creates a processor that has no process yet, named after its process or, on another host, after the processor. `host_name`: host
+    /// on which it runs, `None` for this host.
     pub fn new(name: &str, host_name: Option<&str>, bounds: Bounds) -> Arc<Processor> {
         Arc::new(Processor {
             name: name.to_owned(),
@@ -126,7 +127,8 @@ impl Processor {
         self.is_up.load(Ordering::Acquire)
     }
 
-    /// Returns true if it needs a new process. A caller that has just been notified of its loss waits here until the loss is complete.
+    /// Returns true if the processor needs a new process. A caller that has just been notified of its loss waits here until the loss is
+    /// complete.
     pub fn is_down(&self) -> bool {
         let mut answers = locked(&self.answers);
         while self.is_leaving.load(Ordering::Acquire) {
@@ -135,8 +137,8 @@ impl Processor {
         !self.is_up()
     }
 
-    /// Greets a process that was started for it, and sends it the sources of the system. After a loss, this replaces the old process by a
-    /// new one.
+    /// Greets a process that was started for the processor, and sends it the sources of the system. After a loss, this replaces the old
+    /// process with a new one.
     ///
     /// # Errors
     /// Fails with a message if there is no answer or the version differs.
@@ -175,15 +177,15 @@ impl Processor {
         sources.into_iter().try_for_each(|(_, spec, here)| self.tell_source(spec, here))
     }
 
-    /// Registers a source that the system has already, to be sent once there is a process.
+    /// Registers a source that the system already has, to be sent once the processor has a process.
     pub fn expect_source(&self, source: SourceId, spec: &SourceSpec, here: bool) {
         locked(&self.sources).push((source, spec.clone(), here));
     }
 
-    /// Adds the next source of the system; `here`: it runs there.
+    /// Adds the next source of the system; `here`: the source runs in this processor.
     ///
     /// # Errors
-    /// Fails with a message if it cannot be started, or there is no answer.
+    /// Fails with a message if the source cannot be started, or there is no answer.
     pub fn add_source(&self, source: SourceId, spec: &SourceSpec, here: bool) -> Result<(), String> {
         locked(&self.sources).push((source, spec.clone(), here));
         self.tell_source(spec.clone(), here)
@@ -199,7 +201,7 @@ impl Processor {
     /// Ensures that the processor has a module's code.
     ///
     /// # Errors
-    /// Fails with a message if the module is for another architecture or damaged, or there is no answer.
+    /// Fails with a message if the module is damaged or for another architecture, or if there is no answer.
     pub fn ensure(&self, module: &Module) -> Result<(), String> {
         let key = module.key().to_owned();
         if key == module::LIBRARY || locked(&self.wire).modules.contains(&key) {
@@ -215,7 +217,7 @@ impl Processor {
         }
     }
 
-    /// Opens a device there.
+    /// Opens a device in the processor.
     ///
     /// # Errors
     /// Fails with the driver's message, or if there is no answer.
@@ -228,10 +230,10 @@ impl Processor {
         }
     }
 
-    /// Carries out a service of a driver there; arguments and answer are JSON. Takes as long as the driver does.
+    /// Carries out a service of a driver of the processor; arguments and answer are JSON. Takes as long as the driver does.
     ///
     /// # Errors
-    /// Fails with the reason if it was not carried out, or if there is no answer.
+    /// Fails with the reason if the service was not carried out, or if there is no answer.
     pub fn service(&self, device: &str, service: &str, arguments: &str) -> Result<String, ServiceError> {
         let (device, service, arguments) = (device.to_owned(), service.to_owned(), arguments.to_owned());
         match self.ask(SERVICE, |ticket| Order::Service { ticket, device, service, arguments }) {
@@ -241,7 +243,7 @@ impl Processor {
         }
     }
 
-    /// Returns the counters of a device's driver there, by name, as last reported.
+    /// Returns the counters maintained by a device's driver, by name, as last reported.
     pub fn counted(&self, device: &str) -> Vec<(String, u64)> {
         locked(&self.counted).get(device).cloned().unwrap_or_default()
     }
@@ -262,13 +264,13 @@ impl Processor {
         Ok(made)
     }
 
-    /// Returns true if processes of an earlier supervisor run there that have not been taken over.
+    /// Returns true if the processor runs processes of an earlier supervisor that have not been taken over.
     pub fn is_adopted(&self) -> bool {
         self.is_adopted.load(Ordering::Acquire)
     }
 
-    /// Takes over the processes that ran there without a supervisor: they continue in the sources that this side has made since. Returns
-    /// `None` if there were none.
+    /// Takes over the processes that ran in the processor without a supervisor: they continue in the sources that this side has created
+    /// since. Returns `None` if there were none.
     ///
     /// # Errors
     /// Fails with a message if they must not continue, or there is no answer.
@@ -289,15 +291,15 @@ impl Processor {
         }
     }
 
-    /// Closes a device there, after previously submitted work.
+    /// Closes a device of the processor, after previously submitted work.
     pub fn shut(&self, device: &str) {
         locked(&self.devices).remove(device);
         locked(&self.counted).remove(device);
         self.send(&Order::Shut { device: device.to_owned() });
     }
 
-    /// Sets what happens to a process in a source there if its supervisor disconnects: it continues (`Some(None)`), a script is carried
-    /// out, or nothing happens.
+    /// Sets what happens to a process in a source of the processor if its supervisor disconnects: the process continues (`Some(None)`), a
+    /// script is carried out, or nothing happens.
     pub fn farewell(&self, process: u64, source: SourceId, script: Option<Option<&Script>>) {
         let mut wire = locked(&self.wire);
         let order = match script {
@@ -310,7 +312,7 @@ impl Processor {
         wire.send(&order);
     }
 
-    /// Sends the maximum silence of this side, and the time for which the processor continues without it.
+    /// Sends the maximum silence of this side, and the time for which the processor continues without a supervisor.
     fn patience(&self) {
         let ms = |limit: Duration| u64::try_from(limit.as_millis()).unwrap_or(u64::MAX);
         self.send(&Order::Patience { ms: ms(self.bounds.patience), silence_ms: ms(self.bounds.silence), standstill_ms: self.bounds.lost_after.map(ms) });
@@ -320,7 +322,7 @@ impl Processor {
         locked(&self.wire).send(order);
     }
 
-    /// Returns the refusal that states that it is not connected, and why.
+    /// Returns the refusal that states that the processor is not connected, with the reason.
     fn gone(&self) -> String {
         match locked(&self.lost).as_ref() {
             Some(why) => format!("'{}' is lost: {why}", self.name),
@@ -366,7 +368,7 @@ impl Wire {
     }
 }
 
-/// Sends pending frames, and signs of life if there are none, until either side ends it.
+/// Sends pending frames, or `Alive` messages if there are none, until either side closes the link.
 fn send_all(frames: &Frames<Vec<u8>>, link: &dyn Link) {
     loop {
         let next = match frames.recv_timeout(ALIVE) {

@@ -13,7 +13,7 @@ pub const VERSION: u32 = 7;
 /// Order to the processor.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum Order {
-    /// First message. `now_ns`: the time on the system's clock when it is sent.
+    /// First message. `epoch_ns`: epoch of the system, on CLOCK_MONOTONIC of the commanding host.
     Greet { version: u32, abi: u32, system: String, processor: String, epoch_ns: i64 },
     /// The next source of the system, local or remote; sources are numbered in this order.
     Source { ticket: u64, spec: SourceSpec, here: bool },
@@ -23,7 +23,7 @@ pub enum Order {
     Request { source: SourceId },
     /// Restarts a source that a fault stopped.
     Restart { source: SourceId },
-    /// Takes a process from the kernels.
+    /// Takes a process from the kernels for the supervisor.
     Take { ticket: u64, process: u64, generation: u32, insist: bool },
     /// A process spread over several locations has entered this stage.
     Enter { process: u64, stage: u16, generation: u32 },
@@ -33,7 +33,7 @@ pub enum Order {
     Open { ticket: u64, device: String, kind: String, options: String },
     /// Requests a service of a driver; `arguments`: JSON. The answer may take long.
     Service { ticket: u64, device: String, service: String, arguments: String },
-    /// Closes a device, once no table has it.
+    /// Closes a device as soon as no table contains it.
     Shut { device: String },
     /// Makes a call on a device.
     Device { device: String, call: DeviceCall },
@@ -44,15 +44,16 @@ pub enum Order {
     Farewell { process: u64, source: SourceId, parcel: Option<Parcel> },
     /// Ends the farewell of a process in a source.
     NoFarewell { process: u64, source: SourceId },
-    /// Sign of life of the commander, sent if it has nothing else to send.
+    /// Indicates that the commander is alive; sent if there is nothing else to send.
     Alive,
-    /// Maximum silence of the commander (`silence_ms`), and the time for which continuing processes then wait for the next commander
-    /// (`ms`). `standstill_ms`: maximum standstill of the timers there, if set.
+    /// `silence_ms`: maximum silence of the commander. `ms`: time for which continuing processes then wait for the next commander.
+    /// `standstill_ms`: maximum suspension of the processor's timers, if set.
     Patience { ms: u64, silence_ms: u64, standstill_ms: Option<u64> },
-    /// Ends the service: devices are made safe, and everything is closed. If the commander has taken nothing over, running processes
-    /// continue.
+    /// Ends the service: devices are made safe, and everything is closed. If the commander has not taken over any process, running
+    /// processes continue.
     Close,
-    /// Continues the processes that ran there without a supervisor in the sources that this side has made since.
+    /// Takes over the processes that ran in the processor without a supervisor: they continue in the sources that this side has created
+    /// since.
     TakeOver { ticket: u64 },
     /// Measures the durations of the blocks of a source for this time.
     Probe { source: SourceId, for_ns: u64 },
@@ -67,7 +68,7 @@ pub enum News {
     Answer { ticket: u64, answer: Answer },
     /// Events of the kernels, in order.
     Events { events: Vec<EventAs>, devices: Vec<(String, DeviceState)> },
-    /// A channel there raises a remote source.
+    /// A channel of the processor raised a remote source.
     Raised { source: SourceId },
     /// State of the processor.
     Beat(Beat),
@@ -90,16 +91,16 @@ pub enum Answer {
     Served(Result<String, ServiceError>),
 }
 
-/// Result of a take-over.
+/// Result of taking over processes.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TakenOver {
     /// Blocks that continue, by label.
     pub carried: Vec<String>,
     /// Blocks that restart, by label, each with a human-readable reason.
     pub anew: Vec<(String, String)>,
-    /// Blocks that ran and were not started again, and so have ended.
+    /// Blocks that ran before but were not started again, and so have ended.
     pub ended: Vec<String>,
-    /// Maximum time from the last write of a device before the takeover to its first write after it, ns. `None` if none was written.
+    /// Maximum time from the last write of a device before the takeover to its first write after it, ns. `None` if no device was written.
     pub gap_ns: Option<i64>,
 }
 
@@ -112,7 +113,7 @@ pub type RowAs = (u64, u64, i64, Vec<u8>);
 /// State of a processor.
 #[derive(Debug, Default, Serialize, Deserialize)]
 pub struct Beat {
-    /// Time on its own clock, ns since the epoch of the system.
+    /// Time on the processor's own clock, ns since the epoch of the system.
     pub now_ns: i64,
     pub sources: Vec<(SourceId, Statistics)>,
     /// Durations of the blocks sampled since the last beat.
@@ -122,8 +123,8 @@ pub struct Beat {
     pub devices: Vec<(String, DeviceState)>,
     /// Counters of the devices' drivers, by name.
     pub counted: Vec<(String, DriverCounters)>,
-    /// New rows of each ring, older rings first. If more were written than the ring holds, the ones that it holds, as many as a ring on
-    /// the commanding side.
+    /// New rows of each ring, older rings first. If more rows were written than the ring holds, only those still in it; in any case at
+    /// most as many as fit in a ring on the commanding side.
     pub rows: Vec<(u64, Vec<RowAs>)>,
 }
 

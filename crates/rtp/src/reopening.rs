@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reopening of a lost device where it runs: tables and claims are kept.
+//! Reopening of a lost device by the processor that runs it: tables and claims are kept.
 use crate::agent::Agent;
 use crate::protocol::Answer;
 use crate::serve::BOUNDARY;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Code, devices and connections that scripts refer to, in the process that runs them.
+//! Code, devices and connections to which scripts refer, in the process that runs them.
 use crate::code::Code;
 use crate::service::Reaches;
 use crate::shared::{Devices, locked};
@@ -21,7 +21,7 @@ pub(crate) struct Grounds {
     code: Code,
     devices: Arc<Devices>,
     reaches: Reaches,
-    /// Other ends of connections within this process.
+    /// Writing ends of connections within this process that were created with the reading ends but not taken yet.
     senders: HashMap<u64, Box<dyn Sender>>,
     receivers: HashMap<u64, Box<dyn Receiver>>,
     host: Arc<Host>,
@@ -32,7 +32,7 @@ impl Grounds {
         Grounds { code: Code::new(probe), devices, reaches, senders: HashMap::new(), receivers: HashMap::new(), host }
     }
 
-    /// Loads a module from its bytes. Fails with a description if it is faulty.
+    /// Loads a module from its bytes. Fails with a description if the module is faulty.
     pub fn load(&mut self, key: &str, name: &str, bytes: &[u8]) -> Result<(), String> {
         self.code.load(key, name, bytes)
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Life of a processor: it serves successive commanders, and continues for a limited time between them.
+//! Life cycle of a processor: it serves successive commanders, and continues for a limited time between them.
 use crate::agent::{Agent, ServiceEnd};
 use crate::service::{AdmittedSupervisor, Caller, Door, Service};
 use crate::shared::{LOOK, locked};
@@ -12,8 +12,8 @@ use std::time::Duration;
 /// Exit status of a process that lost its commander.
 const LEFT: i32 = 3;
 
-/// Serves until the other side closes, or disconnects and the running processes have had their farewell; then devices are safe and
-/// everything is closed. Another supervisor may take over before that.
+/// Serves until the other side closes the service, or until it has disconnected and the farewells of the running processes have been
+/// carried out; then devices are made safe and everything is closed. Another supervisor may take over before that.
 ///
 /// # Errors
 /// Fails with a message if there is no greeting, the version differs, or orders cannot be decoded.
@@ -46,7 +46,7 @@ pub fn serve(link: &Arc<dyn Link>, service: Service) -> Result<(), String> {
     }
 }
 
-/// Waits for a supervisor that takes command of the continuing processes. Fails if none arrives within the patience.
+/// Waits for a supervisor that takes command of the continuing processes. Fails if none connects before the patience runs out.
 fn succeeded(mut agent: Agent, door: &mut Option<Box<dyn Door>>) -> Result<Agent, Box<Agent>> {
     let mut silence = Silence::begins();
     while agent.goes_on {
@@ -76,7 +76,7 @@ fn succeeded(mut agent: Agent, door: &mut Option<Box<dyn Door>>) -> Result<Agent
     Err(Box::new(agent))
 }
 
-/// Admits a supervisor. Fails if it has disconnected again; running processes continue.
+/// Admits a supervisor. Fails if the supervisor has disconnected again; running processes continue.
 fn admitted(agent: Agent, caller: Box<dyn Caller>) -> Result<Agent, Box<Agent>> {
     let terms = agent.terms.clone();
     let Ok(admitted) = caller.admit() else { return Err(Box::new(agent)) };
@@ -117,14 +117,14 @@ impl Agent {
         }
     }
 
-    /// Ends everything that it made: devices are made safe and closed, except those that it has not taken over.
+    /// Ends everything that the agent created: devices are made safe and closed, except those that it has not taken over.
     fn dismiss(mut self) {
         self.hush();
         self.shared.host.close();
         self.shared.link.close();
     }
 
-    /// Silences the agent: it reports nothing further.
+    /// Silences the agent, which then makes no further reports.
     pub fn hush(&mut self) {
         self.shared.ends.store(true, Ordering::Release);
         self.shared.host.unpark();
@@ -135,5 +135,5 @@ impl Agent {
     }
 }
 
-/// Timeout of work that each source of a processor does between two firings.
+/// Timeout for work that each source of a processor does between two firings.
 pub(crate) const BOUNDARY: Duration = Duration::from_secs(2);

@@ -6,7 +6,7 @@ use modules::Probe;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Carriers of connections out of the process.
+/// Carriers of connections that leave the process.
 #[derive(Default)]
 pub struct Reaches {
     /// Carrier to other processes of this host.
@@ -15,10 +15,10 @@ pub struct Reaches {
     pub network: Option<Box<dyn Ends>>,
 }
 
-/// Called with a device that was opened (`true`) or is closed.
+/// Called with a device that was opened (`true`) or is being closed.
 pub type OnDevice = Arc<dyn Fn(&Device, bool) + Send + Sync>;
 
-/// Called every 20 ms with the maximum standstill of those who watch this process; returns whether both guard and supervisor have
+/// Called every 20 ms with the maximum stall of the watchers of this process; returns true if both the guard and the supervisor have
 /// exceeded it.
 pub type UnwatchedCheck = Arc<dyn Fn(Duration) -> bool + Send + Sync>;
 
@@ -26,20 +26,19 @@ pub type UnwatchedCheck = Arc<dyn Fn(Duration) -> bool + Send + Sync>;
 /// serve.
 pub type Beats = Arc<dyn Fn(Option<usize>) + Send + Sync>;
 
-/// Sleeps for the given time; returns true if the commander is dying and will send nothing more.
+/// Sleeps for the given time; returns true if the commander is dying and will not send anything else.
 pub type Rests = Arc<dyn Fn(Duration) -> bool + Send + Sync>;
 
 /// Services that a process provides to its processor.
 pub struct Service {
-    /// Carriers of connections out of the process.
+    /// Carriers of connections that leave the process.
     pub reaches: Reaches,
-    /// Memory in which sources record the running block, and its size in bytes: zeroed, on a cache line, valid as long as the process
-    /// lives.
+    /// Memory in which sources record the running block: zeroed, aligned to a cache line, valid for the lifetime of the process.
     pub black_box: Option<BlackBox>,
-    /// Address at which a new supervisor connects, for a process that continues without one for a while; `None` if it cannot be taken
-    /// over.
+    /// Door at which a new supervisor connects, for a process that continues without one for a while; `None` if the process cannot be
+    /// taken over.
     pub door: Option<Box<dyn Door>>,
-    /// Terms under which supervisors command it.
+    /// Terms under which supervisors command the processor.
     pub terms: Terms,
 }
 
@@ -53,16 +52,16 @@ pub struct Terms {
     pub device: OnDevice,
     /// Called by the heart at each beat.
     pub beat: Beats,
-    /// Returns true if guard and supervisor both stand still; false if nobody needs to watch the process.
+    /// Returns true if both the guard and the supervisor have stalled; false if no watcher is required.
     pub unwatched: UnwatchedCheck,
     /// Sleeps between two beats of the heart.
     pub rests: Rests,
     /// True if the process exits when the supervisor disconnects without notice, with its outputs safe and its devices open, so that a
-    /// returning supervisor finds external state as it was. For a process that has no other purpose.
+    /// returning supervisor finds external state unchanged. For a process that has no other purpose.
     pub leaves: bool,
 }
 
-/// Memory in which sources record the running block: zeroed, on a cache line, valid as long as the process lives.
+/// Memory in which sources record the running block: zeroed, aligned to a cache line, valid for the lifetime of the process.
 #[derive(Clone, Copy)]
 pub struct BlackBox {
     /// Address of the first byte.
@@ -74,21 +73,21 @@ pub struct BlackBox {
 // SAFETY: an address that the one who serves hands to its host.
 unsafe impl Send for BlackBox {}
 
-/// Sleeps; for environments in which the death of the commander shows only by its broken link.
+/// Sleeps. For environments in which the death of the commander can be detected only by its broken link.
 fn rest(span: Duration) -> bool {
     std::thread::sleep(span);
     false
 }
 
 impl Service {
-    /// Makes a service without connections that cannot be taken over.
+    /// Creates a service that has no connections and cannot be taken over.
     pub fn new(terms: Terms) -> Service {
         Service { reaches: Reaches::default(), black_box: None, door: None, terms }
     }
 }
 
 impl Terms {
-    /// Makes terms without a guard.
+    /// Creates terms without a guard.
     pub fn new(probe: Probe) -> Terms {
         let (epoch, device, beat) = (Arc::new(|epoch_ns| epoch_ns), Arc::new(|_: &Device, _: bool| {}), Arc::new(|_| {}));
         Terms { probe, epoch, device, beat, unwatched: Arc::new(|_| false), rests: Arc::new(rest), leaves: false }
@@ -109,7 +108,7 @@ pub trait Caller: Send {
     /// Admits the supervisor.
     ///
     /// # Errors
-    /// Fails with a message if it has disconnected, or has another version.
+    /// Fails with a message if the supervisor has disconnected, or its version differs.
     fn admit(self: Box<Self>) -> Result<AdmittedSupervisor, String>;
 }
 
@@ -117,9 +116,9 @@ pub trait Caller: Send {
 pub struct AdmittedSupervisor {
     /// To it.
     pub link: Arc<dyn Link>,
-    /// Carriers of the connections of its system.
+    /// Carriers of the connections of the supervisor's system.
     pub reaches: Reaches,
-    /// Memory in which its sources record the running block.
+    /// Memory in which the supervisor's sources record the running block.
     pub black_box: Option<BlackBox>,
     /// True if the previous guard has exited, so that devices must be registered again.
     pub is_unguarded: bool,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! State that the threads of a processor share.
+//! State shared by the threads of a processor.
 use device::Beside;
 use interconnect::Link;
 use kernel::{Device, SourceId};
@@ -10,10 +10,10 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::Duration;
 
-/// Devices that were opened here, by name.
+/// Devices opened in this processor, by name.
 pub(crate) type Devices = Mutex<BTreeMap<String, Arc<Device>>>;
 
-/// State that the threads of a processor share.
+/// State shared by the threads of a processor.
 pub(crate) struct ProcessorState {
     pub host: Arc<Host>,
     pub link: Arc<dyn Link>,
@@ -23,12 +23,12 @@ pub(crate) struct ProcessorState {
     pub besides: Mutex<BTreeMap<String, Beside>>,
     /// Sources that run here.
     pub sources: Mutex<Vec<SourceId>>,
-    /// True if the local sources are the purpose of the process, and its heart beats for them.
+    /// True if the process exists for the local sources, and its heart beats for them.
     pub leads: AtomicBool,
     pub ends: AtomicBool,
-    /// While set, every write of a device is the safe one.
+    /// While set, every write of a device outputs the safe values.
     pub stop: Arc<AtomicBool>,
-    /// Maximum silence of the commander, ms; 0: unlimited.
+    /// Maximum silence of the commander, ms; 0 if unlimited.
     pub silence_ms: AtomicU64,
 }
 
@@ -40,7 +40,7 @@ impl ProcessorState {
     }
 }
 
-/// Maximum wait for a frame before other checks.
+/// Maximum wait for a frame before the other checks are made.
 pub(crate) const LOOK: Duration = Duration::from_millis(100);
 
 pub(crate) fn locked<T>(of: &Mutex<T>) -> MutexGuard<'_, T> {

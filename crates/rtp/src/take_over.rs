@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Take-over: processes that ran without a supervisor continue in the sources that a new one has made in addition.
+//! Take-over: processes that ran without a supervisor continue in the sources that a new supervisor has created in addition.
 use crate::agent::Agent;
 use crate::protocol::TakenOver;
 use crate::serve::BOUNDARY;
@@ -11,13 +11,13 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Timeout of the first write to a device, and the poll period.
+/// Timeout for the first write to a device, and the poll period.
 const FIRST_WRITE: Duration = Duration::from_secs(1);
 const LOOK: Duration = Duration::from_micros(200);
 
 impl Agent {
-    /// Ends the processes that ran here before, and continues where they stopped. Fails with a message, without changing anything, if
-    /// there are none or they must not continue.
+    /// Ends the processes that ran here before, and continues from their state. Fails with a message, without changing anything, if there
+    /// are no such processes or they must not continue.
     pub(crate) fn take_over(&mut self) -> Result<TakenOver, String> {
         let Some(before) = &self.before else { return Err("nothing runs there that another system had started".to_owned()) };
         if before.stop.load(Ordering::Acquire) && !self.stop.load(Ordering::Acquire) {
@@ -58,7 +58,7 @@ impl Agent {
         }
     }
 
-    /// Takes over devices that no source of this system has, without a kernel.
+    /// Takes over, without a kernel, devices that do not belong to any source of this system.
     fn take_over_idle(&self, ahead_ns: i64) {
         let is_held = |device: &Arc<Device>| self.held.values().flat_map(Holding::devices).any(|held| Arc::ptr_eq(held, device));
         for device in locked(&self.shared.devices).values().filter(|device| !is_held(device)) {
@@ -67,7 +67,7 @@ impl Agent {
         }
     }
 
-    /// Ends the take-over: devices that were not taken over are made safe when their last holder drops them.
+    /// Ends the take-over: devices that were not taken over are made safe when the last reference to them is dropped.
     fn forget(&self, before: &mut Agent) {
         before.hush();
         before.held.clear();

@@ -15,11 +15,11 @@ pub(crate) const BEAT_NS: i64 = 20_000_000;
 /// Number of beats between two reports of counters and histograms.
 const STATISTICS_EVERY: u64 = 5;
 
-/// Maximum number of events and rows in one frame; the rest follow in the next one.
+/// Maximum number of events and rows in one frame; excess ones are sent in the next frame.
 const EVENTS_MAX: usize = 256;
 const ROWS_MAX: usize = 4096;
 
-/// Runs until the processor ends. A side that does not read blocks only this thread.
+/// Runs until the processor ends. A commander that does not read blocks only this thread.
 pub(crate) fn run(shared: &ProcessorState) {
     let mut beats = Beats::default();
     let mut next_ns = shared.host.now_ns();
@@ -81,7 +81,7 @@ struct Beats {
     inbounds: HashMap<u64, (Option<i64>, Option<i64>)>,
     /// Number of sampled invocations of each block.
     blocks: HashMap<BlockId, u64>,
-    /// Number of rows taken of each ring.
+    /// Number of rows taken from each ring.
     taken: HashMap<u64, u64>,
 }
 

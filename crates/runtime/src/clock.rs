@@ -6,8 +6,8 @@
 pub enum ClockKind {
     /// CLOCK_MONOTONIC; every source is a thread.
     Monotonic,
-    /// Time advances only by `Host::fire_next`; the whole system runs in the caller's thread, ordered by time, priority, RTP, source,
-    /// request number. `seed` chooses preemptions.
+    /// Virtual time, which advances only by `Host::fire_next`. The whole system runs in the caller's thread, ordered by time, priority,
+    /// RTP, source, request number. `seed` determines preemptions.
     Virtual { seed: u64 },
 }
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Encoding of scripts and tables that a host sends to a kernel in another process or on another host.
 //!
-//! The supervisor builds tables and scripts of blocks, cells and connections as for a local source, but here these objects are only kept.
-//! [`Writer`] assigns a number to each when a script names it for the first time, and describes it once; [`Reader`] makes it where the
-//! source runs. Objects that are no longer referenced are dropped on both sides. Memory is sent as it is before anything runs; addresses
-//! are never sent, since each side has its own.
+//! The supervisor builds tables and scripts from blocks, cells and connections as for a local source, but here these objects are only
+//! kept. [`Writer`] assigns a number to each object when a script first refers to it, and describes it once; [`Reader`] creates it where
+//! the source runs. Objects that are no longer referenced are dropped on both sides. Before anything runs, the contents of memory are
+//! sent as they are; addresses are never sent, because each side has its own.
 //!
-//! Whatever the bytes are, [`Reader`] returns an error for inconsistent ones, and accesses only objects that it made.
+//! [`Reader`] returns an error if the bytes are inconsistent, whatever they are, and accesses only objects that it created.
 mod read;
 mod write;
 
@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct CellAt(u64, u64, u64);
 
-/// A code module's block, as both sides identify it: the module's key, the block's name.
+/// A block of a code module, as both sides identify it: by the module's key and the block's name.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct CodeName {
     /// `library`, or the hash of a code module.
@@ -31,7 +31,7 @@ pub struct CodeName {
     pub block: String,
 }
 
-/// Rule by which an activation is due.
+/// Rule that determines when an activation is due.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 enum DueAs {
     Interval,
@@ -94,7 +94,7 @@ enum ResponseAs {
     Remember,
 }
 
-/// An object that the other side makes, with its number on that side.
+/// An object created by the other side, with its number there.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 enum RemoteObject {
     Extent {
@@ -228,7 +228,7 @@ enum OpAs {
     Look { device: u64 },
 }
 
-/// A script in transit, with everything that it names for the first time.
+/// A script in transit, with every object to which it refers for the first time.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Parcel {
     made: Vec<RemoteObject>,

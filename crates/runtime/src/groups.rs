@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Groups of blocks that can be fused: adjacent blocks of C sources in a table, where one reads the value that another has just stored.
+//! Groups of blocks that can be fused: adjacent blocks of C sources in a table, where one block reads a value that another has just
+//! stored.
 use kernel::{Block, Cell};
 use modules::fused::{FUSED_MAX, Member, Wire, fit};
 use opengpac::abi::{Item, flag, kind, mode};
@@ -30,7 +31,8 @@ fn is_fit(block: &Arc<Block>) -> bool {
     fit(block.descriptor()).is_ok()
 }
 
-/// Returns the group from the first block whose value another one reads to the last one that reads such a value; the others gain nothing.
+/// Returns the group from the first block whose value another block reads to the last block that reads such a value; the other blocks
+/// would not benefit.
 fn group(blocks: &[&Arc<Block>]) -> Option<Group> {
     let mut stored: HashMap<CellSpan, (usize, usize)> = HashMap::new();
     let mut members: Vec<Member> = Vec::with_capacity(blocks.len());

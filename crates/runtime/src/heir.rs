@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A device that one host runs and another one is about to take over, in one process.
+//! A device that is run by one host and about to be taken over by another one in the same process.
 //!
-//! The heir has its own images: it sees the last readings of the device, and values that blocks store for it have no effect. When the
-//! host that runs the device has ended, the heir's source takes over driver and last outputs between two firings, without an intermediate
-//! safe state.
+//! The heir has its own images: it sees the latest readings of the device, and values that blocks store for it have no effect. When the
+//! host that runs the device has ended, the heir's source takes over the driver and the last outputs between two firings, without an
+//! intermediate safe state.
 use crate::remote_device;
 use device::{DeviceError, Driver, SafeHandle};
 use interconnect::{Carrier, ConnectionSpec, Memory, Receiver};
@@ -11,10 +11,10 @@ use kernel::{Device, Service, View};
 use std::mem;
 use std::sync::Arc;
 
-/// View that an heir has of the device that it will take over.
+/// View that an heir has of the device it will take over.
 struct Looks {
     of: Arc<Device>,
-    /// Empty while the view is being returned.
+    /// View of the readings; `None` while it is being returned.
     view: Option<Box<dyn Receiver>>,
 }
 
@@ -63,11 +63,11 @@ fn show(device: &mut Device) {
     *device.seen().view.lock().expect("nobody panics with the lock held") = Some(receiver);
 }
 
-/// Makes the heir of `of`: it sees the same readings, and writes nothing until [`Op::Inherit`](kernel::Op::Inherit). Dropping it before
-/// has no effect on `of`.
+/// Creates the heir of `of`: it sees the same readings, and writes nothing until [`Op::Inherit`](kernel::Op::Inherit). Dropping it before
+/// that has no effect on `of`.
 ///
 /// # Errors
-/// Fails with a message if the device was not opened by [`open_seen`], or has an heir already.
+/// Fails with a message if the device was not opened by [`open_seen`], or already has an heir.
 pub fn heir(of: &Arc<Device>) -> Result<Arc<Device>, DeviceError> {
     let refuse = |why: &str| DeviceError { message: format!("device '{}' cannot be taken over: {why}", of.name()) };
     let mut device = remote_device::recorded(of.name(), of.channels().to_vec())?;
@@ -85,8 +85,8 @@ pub fn heir(of: &Arc<Device>) -> Result<Arc<Device>, DeviceError> {
     Ok(device)
 }
 
-/// Makes `heir` take over driver and last outputs of its device; does nothing if it is not an heir. `ahead_ns`: lead of the previous
-/// host's clock over this one's. The returned view must be freed off the real-time path.
+/// Makes `heir` take over the driver and the last outputs of its device; does nothing if it is not an heir. `ahead_ns`: lead of the
+/// previous host's clock over this host's. The returned view must be freed off the real-time path.
 ///
 /// # Safety
 /// Called only by the kernel of its source, after the host of the previous device has ended.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Heritage: sources of a host continue from those of a previous host in this process, each block from the state in which its predecessor
-//! stopped. Blocks are paired off the real-time path, by label and face; the heritage is carried out between two firings by
+//! Heritage: sources of a host continue from the sources of a previous host in this process, each block from the state in which its
+//! predecessor stopped. Blocks are paired off the real-time path, by label and face; the heritage is carried out between two firings by
 //! [`Op::Inherit`](kernel::Op::Inherit).
 use crate::heir;
 use kernel::phase::CountedInvocations;
@@ -28,7 +28,7 @@ struct HeldBlock {
 }
 
 impl Holding {
-    /// Returns the state that `table` has when it is in force in `source`.
+    /// Returns the state that will be in force when `table` is in force in `source`.
     pub fn of(table: &Table, source: SourceId) -> Holding {
         let held = |step: &kernel::table::ColdStep| {
             let (process, activation) = (table.processes[step.process as usize].clone(), table.activations[step.slot as usize].clone());
@@ -51,11 +51,11 @@ impl Holding {
 /// Heritage of one source.
 pub struct Heritage {
     passes: Vec<Pass>,
-    /// Verb instances of its blocks, each with its predecessor and the source where that ran.
+    /// Verb instances of the source's blocks, each with its predecessor and the source in which the predecessor ran.
     times: Vec<(Arc<Process>, Arc<Process>, SourceId)>,
     devices: Vec<Arc<Device>>,
     ahead_ns: i64,
-    /// Views to be freed by another thread. The mutex is never contended: scripts are shared, this is not.
+    /// Views to be freed by another thread. The mutex is needed only because scripts are shared; it is never contended.
     left: Mutex<Vec<Box<dyn View>>>,
     is_done: Arc<AtomicBool>,
 }
@@ -64,11 +64,11 @@ struct Pass {
     to: Arc<Block>,
     from: Arc<Block>,
     copies: Vec<(Cell, Cell)>,
-    /// Activation, if the block is its first one that is carried over.
+    /// Activation of the block, if no earlier block of the activation is carried over.
     activation: Option<Arc<Activation>>,
 }
 
-/// Blocks of a source that are carried over, and those that restart, with the reason.
+/// Blocks of a source that are carried over, and blocks that restart, each with the reason.
 #[derive(Debug, Default)]
 pub struct CarriedBlocks {
     /// Labels of blocks that are carried over.
@@ -79,7 +79,7 @@ pub struct CarriedBlocks {
 
 impl Heritage {
     /// Returns the heritage that the source of `to` takes over from ended sources. `ahead_ns`: lead of their host's clock over this
-    /// one's.
+    /// host's.
     pub fn between(to: &Holding, before: &[Holding], ahead_ns: i64) -> (Heritage, CarriedBlocks) {
         let known: HashMap<&str, (&HeldBlock, SourceId)> =
             before.iter().flat_map(|holding| holding.blocks.iter().map(|held| (held.block.name(), (held, holding.source)))).collect();
@@ -114,7 +114,7 @@ impl Heritage {
         self.is_done.clone()
     }
 
-    /// Carries out the inheritance of a device that no source has, so that no other thread accesses it.
+    /// Carries out the inheritance of a device that does not belong to any source, so that no other thread accesses it.
     ///
     /// # Safety
     /// No kernel has `device` in its table, and the host of the previous device has ended.
@@ -157,8 +157,8 @@ impl Inheritance for Heritage {
     }
 }
 
-/// Returns the copies that make `to` continue where `from` stopped: parameters, states, outputs and the bound cells. Fails with a
-/// description if the two faces differ.
+/// Returns the copies that make `to` continue from the state in which `from` stopped: parameters, states, outputs and the bound cells.
+/// Fails with a description if the two faces differ.
 fn copies(to: &Block, from: &Block) -> Result<Vec<(Cell, Cell)>, String> {
     let (items, others) = (to.items(), from.items());
     if items.len() != others.len() {

@@ -37,19 +37,19 @@ pub struct Host {
     sources: RwLock<Vec<Arc<Source>>>,
     pub(crate) shared: Arc<HostState>,
     remote_sources: RemoteSources,
-    /// Record made of the host.
+    /// Record of the host, if it is being recorded.
     trace: OnceLock<Arc<Trace>>,
     /// True if the host replays a record.
     plays: AtomicBool,
-    /// Tapes of sources that are recorded or played.
+    /// Tapes of sources that are being recorded or played back.
     tapes: Mutex<HashMap<SourceId, Arc<SourceTape>>>,
-    /// Memory in which sources added from now record the running step.
+    /// Memory in which newly added sources record the running step.
     black_box: Mutex<Option<BlackBox>>,
-    /// Monotonic: time at which the host was made; zero under the virtual clock.
+    /// Time at which the host was created, of the monotonic clock; zero under the virtual clock.
     pub(crate) epoch_ns: i64,
-    /// Virtual: current time.
+    /// Virtual clock: current time.
     now_ns: AtomicI64,
-    /// Virtual: the executor, used by one thread at a time.
+    /// Virtual clock: the executor, used by one thread at a time.
     executor: Option<Mutex<Virtual>>,
     watchdog: Arc<Watchdog>,
     threads: Mutex<Vec<RunningThread>>,
@@ -66,7 +66,7 @@ unsafe impl Send for Host {}
 /// A thread of the host, and the source that it serves, if any.
 type RunningThread = (Option<Arc<Source>>, JoinHandle<()>);
 
-/// Memory for containments that other processes read.
+/// Memory for containments that is read by other processes.
 struct BlackBox {
     memory: *mut u8,
     /// Number of remaining slots.
@@ -87,14 +87,14 @@ impl BlackBox {
 const BUDGET_MIN_NS: i64 = 100_000_000;
 
 impl Host {
-    /// Makes a host without sources. `carrier`: carrier of its connections. Installs the fault handlers (once per process; faults outside
+    /// Creates a host without sources, whose connections use `carrier`. Installs the fault handlers (once per process; faults outside
     /// block code are forwarded to earlier handlers).
     pub fn new(clock: ClockKind, carrier: Box<dyn Carrier>) -> Host {
         Host::since(clock, carrier, monotonic_ns())
     }
 
-    /// Makes a host with a given epoch, ns of CLOCK_MONOTONIC: that of the host to which some of these sources belong. The epoch has no
-    /// effect under the virtual clock.
+    /// Creates a host with a given epoch, ns of CLOCK_MONOTONIC: the epoch of the host to which some of these sources belong. The epoch
+    /// has no effect under the virtual clock.
     pub fn since(clock: ClockKind, carrier: Box<dyn Carrier>, epoch_ns: i64) -> Host {
         containment::install();
         let (epoch_ns, executor) = match clock {
@@ -126,27 +126,27 @@ impl Host {
         host
     }
 
-    /// Starts a record for later replay. `names`: names of code in the replaying process. Returns `None` if there are sources already, or
-    /// a record.
+    /// Starts a record for later replay. `names`: names of the blocks' code in the replaying process. Returns `None` if the host already
+    /// has sources or is already being recorded.
     pub fn record(&self, names: CodeNames) -> Option<Arc<Trace>> {
         let sources = self.sources();
         let trace = Arc::new(Trace::new(names));
         (sources.is_empty() && self.trace.set(trace.clone()).is_ok()).then_some(trace)
     }
 
-    /// Makes a host under the virtual clock whose sources replay records of others: see [`Host::play`].
+    /// Creates a host under the virtual clock whose sources replay records of other hosts: see [`Host::play`].
     pub fn playing() -> Host {
         let host = Host::new(ClockKind::Virtual { seed: 0 }, Box::new(interconnect::Memory));
         host.plays.store(true, Ordering::Release);
         host
     }
 
-    /// Returns the record made of the host.
+    /// Returns the record of the host, if it is being recorded.
     pub fn trace(&self) -> Option<&Arc<Trace>> {
         self.trace.get()
     }
 
-    /// Makes a source with an empty table; under the monotonic clock, starts its thread. Fails if the thread cannot be made.
+    /// Creates a source with an empty table; under the monotonic clock, starts its thread. Fails if the thread cannot be created.
     pub fn add_source(&self, spec: SourceSpec) -> std::io::Result<SourceId> {
         let mut sources = self.sources.write().expect("nobody panics with the lock held");
         let id = SourceId(sources.len() as u32);
@@ -183,17 +183,17 @@ impl Host {
         Ok(id)
     }
 
-    /// Sets the time for which timers of this host may stand still before the outputs they command are made safe, and lost; default 2 s.
-    /// The longest of several bounds applies.
+    /// Sets the time for which timers of this host may be suspended before the outputs that they command are made safe and their devices
+    /// count as lost; 2 s by default. If set several times, the longest one applies.
     pub fn allow_standstill(&self, bound: Duration) {
         self.shared.allow_standstill(i64::try_from(bound.as_nanos()).unwrap_or(i64::MAX));
     }
 
     /// Makes new sources record the running step in `memory`, in slots of [`BLACK_BOX_LEN`] bytes in order of creation, which can be read
-    /// after this process has exited. Sources that find no room there use memory of their own.
+    /// after this process has exited. Sources for which no slot is left use memory of their own.
     ///
     /// # Safety
-    /// The memory is zero, starts on a cache line, exists as long as the process, and nothing else writes there.
+    /// The memory is zero, starts on a cache line, exists as long as the process, and no other code writes there.
     pub unsafe fn set_black_box(&self, memory: *mut u8, len: usize) {
         *self.black_box.lock().expect("nobody panics with the lock held") = Some(BlackBox { memory, left: len / BLACK_BOX_LEN });
     }
@@ -240,7 +240,7 @@ impl Host {
         source.bell().wake();
     }
 
-    /// Returns true if time is a number that `fire_next` and `set_now` advance.
+    /// Returns true if the clock is virtual, i.e. advanced by `fire_next` and `set_now`.
     pub fn is_virtual(&self) -> bool {
         self.executor.is_some()
     }
@@ -271,8 +271,8 @@ impl Host {
         self.end(false);
     }
 
-    /// Stops all sources and joins the threads; leaves the devices as they are, for an heir. A device without another holder is made safe
-    /// and closed.
+    /// Stops all sources and joins the threads; leaves the devices as they are, for an heir. A device that has no other owner is made
+    /// safe and closed.
     pub fn leave(&self) {
         self.end(true);
     }
@@ -298,8 +298,7 @@ impl Host {
         others.into_iter().for_each(|(source, thread)| join(source.as_deref(), thread));
     }
 
-    /// Drops the carriers of these connections, which others may hold for longer than the host runs. Does nothing unless the host is
-    /// closed.
+    /// Drops the carriers of these connections, to which references may outlive the host. Does nothing unless the host is closed.
     pub fn sever<'a>(&self, inbounds: impl IntoIterator<Item = &'a Inbound>, outbounds: impl IntoIterator<Item = &'a Outbound>) {
         if !self.closed.load(Ordering::Acquire) || !self.threads().is_empty() {
             return;
@@ -326,12 +325,12 @@ impl Host {
         executor.lock().expect("nobody panics with the lock held")
     }
 
-    /// Returns the tape of a source that is recorded or played.
+    /// Returns the tape of a source that is being recorded or played back.
     pub(crate) fn tape(&self, source: SourceId) -> Option<Arc<SourceTape>> {
         self.tapes.lock().expect("nobody panics with the lock held").get(&source).cloned()
     }
 
-    /// Keeps a thread to join it when the host is closed.
+    /// Keeps a thread so that it is joined when the host is closed.
     pub(crate) fn keep_thread(&self, thread: JoinHandle<()>) {
         self.threads().push((None, thread));
     }
@@ -349,7 +348,8 @@ impl Host {
     }
 }
 
-/// Waits for a thread to end, unless it never will. A thread that panicked has reported it; the others are still joined.
+/// Waits for a thread to exit, unless it never will. A thread that panicked has already reported the panic; the other threads are still
+/// joined.
 fn join(source: Option<&Source>, thread: JoinHandle<()>) {
     let Some(source) = source else { return drop(thread.join()) };
     while !thread.is_finished() {
@@ -361,7 +361,7 @@ fn join(source: Option<&Source>, thread: JoinHandle<()>) {
     drop(thread.join());
 }
 
-/// Poll period for the end of a thread.
+/// Poll period while a thread is being joined.
 const JOIN_LOOKS: std::time::Duration = std::time::Duration::from_micros(200);
 
 impl Drop for Host {

@@ -3,8 +3,9 @@
 //! run, and the handover from one host to the next.
 //!
 //! A [`Host`] contains the kernels of one process: a `thread` for each source under the monotonic clock, or one `virtual_clock` for all
-//! of them. `remote_sources` represents sources in other processes and on other hosts, `spread` serves processes that span several,
-//! `encoding` encodes scripts sent there, `trace` records a run, and `heritage` lets a host take over from the previous one.
+//! of them. `remote_sources` represents sources in other processes and on other hosts, `spread` serves processes that span several of
+//! these locations, `encoding` encodes scripts sent there, `trace` records a run, and `heritage` lets a host take over from the previous
+//! one.
 mod clock;
 pub mod encoding;
 mod groups;

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Connections between a process of this host and another host. The two cannot reach each other, but this process reaches both: one of
+//! Connections between a process of this host and another host. The two cannot reach each other, but this process can reach both: one of
 //! its threads forwards values from one to the other.
 //!
 //! | | writing source | relay | reading source |
 //! |---|---|---|---|
 //! | may block another | never | never | never |
-//! | if the relay is held up | continues; `Full` when the queue to the relay is full | | continues with its present values |
-//! | if an end finds no room | | the row stays in the previous queue, and is retried | |
+//! | if the relay is held up | continues; `Full` when the queue to the relay is full | | continues with its current values |
+//! | if the queue of an end is full | | the row stays in the previous queue, and is retried | |
 //!
-//! A publication keeps its number and its time, so the reader knows its age as over any other path.
+//! A publication keeps its number and its time, so the reader knows its age, as on any other path.
 use crate::locked::locked;
 use crate::remote::Remote;
 use interconnect::{EndError, Receiver, Sender};
@@ -20,20 +20,21 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, Weak};
 use std::thread::JoinHandle;
 
-/// Period at which it polls for groups, whose arrival is not signalled, and for rows that found no room, ns.
+/// Period at which the relay polls for groups, whose arrival is not signalled, and for rows that could not be forwarded because a queue
+/// was full, ns.
 const LOOK_NS: i64 = 1_000_000;
 
-/// Priority below every source and above ordinary programs, if the right is granted.
+/// Priority below every source and above ordinary programs, if the process has the privilege.
 const PRIORITY: u8 = 1;
-/// Maximum number of rows of one connection forwarded before the others have their turn, since its writer may be a process that never
-/// stops.
+/// Maximum number of rows of one connection that are forwarded before it is the turn of the others, because the writer may be a process
+/// that sends without pause.
 const ROWS_MAX: usize = 4096;
 
 /// The relays of a host.
 #[derive(Default)]
 pub(crate) struct Relays(Mutex<Option<Arc<Thread>>>);
 
-/// State that the relay thread shares with threads that connect.
+/// State that the relay thread shares with the threads that create connections.
 #[derive(Default)]
 pub(crate) struct Thread {
     bell: Bell,
@@ -41,7 +42,7 @@ pub(crate) struct Thread {
     closing: AtomicBool,
 }
 
-/// Held in place of the ends of a relayed connection: while one of them exists, its values are forwarded.
+/// Value held in place of the ends of a relayed connection: while one exists, the connection is relayed.
 pub(crate) struct RelayDemand(Arc<Thread>);
 
 impl Drop for RelayDemand {
@@ -58,11 +59,11 @@ struct Relay {
 }
 
 impl Relays {
-    /// Forwards publications of `from` over `way` to `to`, as long as the returned values are held. `epoch_ns`: of the host;
+    /// Forwards publications of `from` over `way` to `to`, as long as the returned values are held. `epoch_ns`: epoch of the host;
     /// `keep_thread`: joins the thread when the host is closed.
     ///
     /// # Errors
-    /// Fails if one of the two cannot be reached, or the thread cannot be made.
+    /// Fails if one of the two cannot be reached, or the thread cannot be created.
     pub(crate) fn relay(
         &self,
         way: &Way,
@@ -87,7 +88,7 @@ impl Relays {
         Ok(wanted)
     }
 
-    /// Returns the relay thread, which is started with the first relay.
+    /// Returns the relay thread, which is started for the first relay.
     fn relaying(&self, epoch_ns: i64, keep_thread: impl FnOnce(JoinHandle<()>)) -> Result<Arc<Thread>, EndError> {
         let mut started = locked(&self.0);
         if let Some(thread) = started.as_ref() {
@@ -100,7 +101,7 @@ impl Relays {
         Ok(started.insert(thread).clone())
     }
 
-    /// Ends the thread.
+    /// Stops the thread.
     pub(crate) fn close(&self) {
         if let Some(thread) = locked(&self.0).as_ref() {
             thread.closing.store(true, Ordering::Release);
@@ -128,7 +129,7 @@ impl Thread {
 }
 
 impl Relay {
-    /// Forwards everything that has arrived; returns true if it must poll again soon.
+    /// Forwards everything that has arrived; returns true if the relay must poll again soon.
     fn hand_on(&mut self, now_ns: i64) -> bool {
         if let Some(header) = self.receiver.latch(now_ns) {
             self.sender.group().copy_from_slice(self.receiver.group());

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reminder of the supervisor: reports of a source while a caller attends in the supervisor's place
-//! ([`Host::attend`](crate::Host::attend)) wait for that caller, which has no real-time priority. The source, which has one, reminds the
-//! supervisor if the caller does not poll in time.
+//! Reminder of the supervisor. While a caller attends in the supervisor's place ([`Host::attend`](crate::Host::attend)), reports of a
+//! source wait for that caller, which has no real-time priority. The source, which has real-time priority, reminds the supervisor if the
+//! caller does not poll in time.
 use kernel::bell::Bell;
 
-/// Time that the caller is given, ns.
+/// Time within which the caller must poll, ns.
 const REMIND_NS: i64 = 1_000_000;
 
 /// Reminder of one source.
@@ -14,8 +14,8 @@ pub(crate) struct Reminder {
 }
 
 impl Reminder {
-    /// Reminds the supervisor if that is due. Returns the time of the next check, ns of the host's clock; `None` if no reminder is owed.
-    /// Real-time safe.
+    /// Reminds the supervisor if a reminder is due. Returns the time of the next check, ns of the host's clock; `None` if no reminder is
+    /// owed. Real-time safe.
     pub fn look(&mut self, supervisor: &Bell, now_ns: i64) -> Option<i64> {
         if !supervisor.is_owed() {
             self.since_ns = None;

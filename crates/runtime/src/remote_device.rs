@@ -1,18 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Remote devices: [`DeviceCall`] sends requests to the processor, and [`DeviceState`] is its report.
+//! Remote devices: [`DeviceCall`] is a request sent to the processor, and [`DeviceState`] is its report.
 use device::{Channel, DeviceError, Driver};
 use kernel::{Device, DeviceCall};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// State of a device, as its processor reports it.
+/// State of a device, as reported by its processor.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct DeviceState {
     /// True if the device failed.
     pub lost: bool,
-    /// State of each channel: whether it requests; whether it has requested since the last `forget`; how often its slew limit acted.
+    /// State of each channel: true if it makes its request, true if it has made it since the last `forget`, and the number of times its
+    /// slew limit acted.
     pub channels: Vec<(bool, bool, u64)>,
-    /// Number of `forget` calls that it has processed.
+    /// Number of `forget` calls that the processor has handled.
     pub forgotten: u64,
 }
 
@@ -23,7 +24,7 @@ impl DeviceState {
         DeviceState { lost: device.is_lost(), channels: channels.collect(), forgotten: device.standing().forgotten.load(Ordering::Acquire) }
     }
 
-    /// Stores this state in `device`, a remote one.
+    /// Stores this state in `device`, which must be remote.
     pub fn report(&self, device: &Device) {
         let standing = device.standing();
         standing.lost.store(self.lost, Ordering::Release);
@@ -39,20 +40,20 @@ impl DeviceState {
     }
 }
 
-/// Makes a remote device with these channels. `calls` sends requests to its processor.
+/// Creates a remote device with these channels. `calls` sends requests to its processor.
 ///
 /// # Errors
-/// None in practice; those of [`Device::open`].
+/// Same as [`Device::open`]; does not fail in practice.
 pub fn open(name: &str, channels: Vec<Channel>, calls: Box<dyn Fn(DeviceCall) + Send + Sync>) -> Result<Arc<Device>, DeviceError> {
     let device = recorded(name, channels)?;
     device.ask_through(calls);
     Ok(device)
 }
 
-/// Makes a device of a record with these channels, which reads the recorded values.
+/// Creates a device for the replay of a record; it has these channels and reads the recorded values.
 ///
 /// # Errors
-/// None in practice; those of [`Device::open`].
+/// Same as [`Device::open`]; does not fail in practice.
 pub fn recorded(name: &str, channels: Vec<Channel>) -> Result<Arc<Device>, DeviceError> {
     Device::open(name, Box::new(UnreachedDriver(channels)), 0)
 }
@@ -70,7 +71,7 @@ pub fn renew(device: &Device) {
     }
 }
 
-/// Driver of a device that cannot be accessed from here; does nothing.
+/// Driver of a device that cannot be accessed from this process; does nothing.
 pub(crate) struct UnreachedDriver(pub(crate) Vec<Channel>);
 
 impl Driver for UnreachedDriver {

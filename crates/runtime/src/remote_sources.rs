@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Remote sources of a host: their hosts, the processes spread over several locations, and events received from there.
+//! Remote sources of a host: their hosts, the processes spread over several locations, and the events received from them.
 use crate::locked::locked;
 use crate::relay::Relays;
 use crate::remote::Remote;
@@ -17,11 +17,11 @@ pub(crate) struct RemoteSources {
     last_way: AtomicU64,
     /// Processes with remote sources.
     processes: Mutex<HashMap<u64, Reaching>>,
-    /// Number of processes that were referenced at the last search.
+    /// Number of processes that were still referenced at the last search.
     held: AtomicUsize,
     /// Events received from remote sources: (order among the events of the host, event).
     told: Mutex<VecDeque<(u64, Event)>>,
-    /// Events to be returned first, because they belong before an event that was taken already.
+    /// Events to be returned first, because they precede an event that has already been taken.
     first: Mutex<VecDeque<Event>>,
     /// Connections between remote processors that pass through here.
     pub(crate) relays: Relays,
@@ -30,7 +30,7 @@ pub(crate) struct RemoteSources {
 /// A process with remote sources.
 struct Reaching {
     process: Weak<Process>,
-    /// Hosts of a spread process: their kernels report its conditions, and track its stage.
+    /// Hosts of a spread process: their kernels report its conditions, and follow its stage.
     places: Vec<Arc<dyn Remote>>,
 }
 
@@ -88,7 +88,8 @@ impl RemoteSources {
         self.by_source.read().expect("nobody panics with the lock held").values().for_each(|remote| remote.stop(set));
     }
 
-    /// Makes a process with steps in `sources`. See [`Process::new`]. If they all run in one remote processor process, the word is there.
+    /// Creates a process with steps in `sources`. See [`Process::new`]. If all sources run in one remote processor process, the word is
+    /// kept there.
     pub(crate) fn new_process(&self, id: u64, created: u64, sources: &[SourceId]) -> Arc<Process> {
         let mut places: Vec<Option<Arc<dyn Remote>>> = Vec::new();
         for remote in sources.iter().map(|source| self.of(*source)) {
@@ -111,7 +112,7 @@ impl RemoteSources {
         process
     }
 
-    /// Adds events to be returned first, because they belong before an event that was taken already.
+    /// Adds events to be returned first, because they precede an event that has already been taken.
     pub(crate) fn tell_first(&self, events: impl IntoIterator<Item = Event>) {
         locked(&self.first).extend(events);
     }
@@ -126,7 +127,7 @@ impl RemoteSources {
     }
 }
 
-/// Number of processes below which it does not search for unreferenced ones.
+/// Number of processes below which unreferenced processes are not searched for.
 const PROCESSES_MIN: usize = 256;
 
 /// Returns true if both are the same host.

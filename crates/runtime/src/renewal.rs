@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reopening of a lost device: another driver replaces the one that failed, between two firings. Cells, claims and tables are kept.
+//! Reopening of a lost device: another driver replaces the failed one between two firings. Cells, claims and tables are kept.
 //!
 //! Many machines accept only one driver at a time, so this takes two steps: the old driver is handed out, and closed by the receiving
-//! thread; then the new one, opened meanwhile off the real-time path, is installed.
+//! thread; then the new driver, opened in the meantime off the real-time path, is installed.
 use crate::remote_device;
 use device::Direction;
 use kernel::{Device, Reopening};
@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// One step of a renewal.
 pub struct Renewal {
     device: Arc<Device>,
-    /// Device whose driver it receives in exchange for its own. `None` if a record is played.
+    /// Device whose driver replaces that of the lost device. `None` if a record is played back.
     by: Option<Arc<Device>>,
     /// True if the device is no longer lost.
     is_open: bool,
@@ -27,7 +27,7 @@ pub struct RetiredDriver {
 }
 
 impl RetiredDriver {
-    /// Closes the driver, off the real-time path; does nothing if it has not been handed out.
+    /// Closes the driver, off the real-time path; does nothing if the driver has not been handed out.
     pub fn close(self) {
         if self.is_done.load(Ordering::Acquire) {
             // SAFETY: no kernel has the holder in a table, and the one that put the driver there is through with it.
@@ -58,7 +58,7 @@ impl Renewal {
         Ok(Renewal { device: device.clone(), by: Some(fresh), is_open: true, is_done: Arc::default() })
     }
 
-    /// Makes the renewal of a device of a record that is played; its readings come from the record.
+    /// Creates the renewal of a device of a record that is played back; its readings come from the record.
     pub fn recorded(device: Arc<Device>, is_open: bool) -> Renewal {
         Renewal { device, by: None, is_open, is_done: Arc::default() }
     }
@@ -68,7 +68,7 @@ impl Renewal {
         self.is_done.clone()
     }
 
-    /// Carries out the renewal of a device that no source has.
+    /// Carries out the renewal of a device that does not belong to any source.
     ///
     /// # Safety
     /// No kernel has the device in its table.

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rights that a source's thread requests from the operating system: priority, core, locked memory. Without them the source still works,
-//! only later; rights not granted are reported in one line.
+//! Privileges that a source's thread requests from the operating system: priority, core, locked memory. Without them the source still
+//! works, but fires later; privileges not granted are reported in one line.
 use kernel::SourceSpec;
 use process_kit::may_lock_all;
 use scheduling::{Children, pin, prioritise};
 use std::sync::OnceLock;
 
-/// Requests the rights for the calling thread. Returns those not granted, and whether it runs at a real-time priority.
+/// Requests the privileges for the calling thread. Returns those not granted, and true if the thread runs at a real-time priority.
 pub(crate) fn take(spec: &SourceSpec) -> (Vec<String>, bool) {
     let mut missing = Vec::new();
     if !lock_memory() {
@@ -24,7 +24,7 @@ pub(crate) fn take(spec: &SourceSpec) -> (Vec<String>, bool) {
     (missing, real_time)
 }
 
-/// Sets `priority` and `core` of the calling thread, which serves reports of kernels, if granted. Returns the rights not granted.
+/// Sets `priority` and `core` of the calling thread, which serves reports of kernels, if granted. Returns the privileges not granted.
 pub fn take_for_supervisor(priority: u8, core: Option<usize>) -> Vec<String> {
     let mut missing = Vec::new();
     if let Some(core) = core
@@ -38,8 +38,8 @@ pub fn take_for_supervisor(priority: u8, core: Option<usize>) -> Vec<String> {
     missing
 }
 
-/// Raises the calling thread, which reports that kernels serve, above every kernel, if granted, so that neither kernels nor other
-/// real-time programs hold it up.
+/// Raises the priority of the calling thread, which reports that kernels serve, above every kernel, if the process has the privilege, so
+/// that neither kernels nor other real-time programs hold it up.
 pub fn take_for_heart() {
     const PRIORITY: u8 = 98;
     let _given = prioritise(PRIORITY, Children::Ordinary);
@@ -52,5 +52,5 @@ fn lock_memory() -> bool {
     *LOCKED.get_or_init(|| may_lock_all() && unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE | MCL_ONFAULT) } == 0)
 }
 
-/// Locks a page when it is first touched, so that large reservations cost nothing; images are touched when they are made.
+/// Locks a page when it is first touched, so that large reservations cost nothing; images are touched when they are created.
 const MCL_ONFAULT: i32 = 4;

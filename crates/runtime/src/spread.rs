@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes spread over several locations: serves conditions that no kernel can serve, and keeps the local word of a process in step
-//! with the remote one.
+//! Processes spread over several locations: serves conditions that no kernel can serve, and keeps the local word of a process
+//! synchronised with the remote one.
 use crate::remote_sources::RemoteSources;
 use kernel::process_word::Word;
 use kernel::serving::{self, ConditionEffect, Occurrence, Server};
@@ -29,8 +29,8 @@ impl RemoteSources {
         }
     }
 
-    /// Serves conditions of processes that are spread over several locations, which no kernel can serve; follows processes whose word is
-    /// remote.
+    /// Serves conditions that no kernel can serve because their processes are spread over several locations; tracks processes whose word
+    /// is remote.
     pub(crate) fn serve(&self, event: Event) -> Event {
         match event {
             Event::Unwatched { source, process: id, generation, block, item, fault, number, time_ns, value } => {
@@ -62,7 +62,7 @@ impl RemoteSources {
     }
 }
 
-/// Completes a script that moved a process and has been carried out: remembered conditions act, or the local word follows.
+/// Completes a script that has been carried out and that moved a process: remembered conditions act, or the local word follows.
 fn served(process: &Process, step: &Step, source: SourceId, time_ns: i64) -> Option<Event> {
     match (process.home(), step) {
         (Home::Spread, _) => return serve_remembered(process, source, time_ns),
@@ -73,13 +73,14 @@ fn served(process: &Process, step: &Step, source: SourceId, time_ns: i64) -> Opt
     None
 }
 
-/// Serves a condition that was reported before the stage awaiting it, when that is entered.
+/// Serves a condition that was reported before the stage that awaits it was entered.
 fn serve_remembered(process: &Process, source: SourceId, time_ns: i64) -> Option<Event> {
     let (word, watch, moved) = serving::act_late(&mut Here, process)?;
     Some(Occurrence::late(source, process, word, watch, time_ns).watched(watch, Some(moved), false, Vec::new()))
 }
 
-/// The host as server of conditions of processes whose word is local but whose kernels are remote: only the supervisor answers them.
+/// Condition server of the host, for processes whose word is local but whose kernels are remote: only the supervisor answers their
+/// conditions.
 struct Here;
 
 impl Server for Here {

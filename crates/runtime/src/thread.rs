@@ -11,13 +11,13 @@ use std::hint::spin_loop;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::Sender;
 
-/// Time before a release at which a thread with a core of its own, and the rights, wakes and spins.
+/// Time before a release at which a thread that has a core of its own and the privileges wakes and spins.
 const SPIN_NS: i64 = 30_000;
 
-/// Minimum period for spinning; a source with a shorter period only sleeps, since spinning would take a large part of the core.
+/// Minimum period for spinning; a source with a shorter period only sleeps, because spinning would use a large part of the core.
 const SPIN_PERIOD_MIN_NS: i64 = 10 * SPIN_NS;
 
-/// Runs the thread of one source until it is closed. Signals `ready` once it has requested its rights.
+/// Runs the thread of one source until it is closed. Signals `ready` after requesting its privileges.
 pub(crate) fn run(mut kernel: Kernel, epoch_ns: i64, ready: &Sender<()>) {
     let (missing, real_time) = rights::take(&kernel.source.spec);
     *kernel.source.rights_missing.lock().expect("nobody panics with the lock held") = missing;
@@ -69,7 +69,8 @@ fn timer(kernel: &mut Kernel, epoch_ns: i64, period_ns: i64, spins: bool) {
     }
 }
 
-/// Interval at which a software source with commanded devices checks for a standstill, as it has no releases from which to detect one.
+/// Interval at which a software source with commanded devices checks for a suspension, because it has no releases to compare with the
+/// clock.
 const LOOK_NS: i64 = 500_000_000;
 
 /// Runs a software source: each request causes one firing.
@@ -104,7 +105,7 @@ fn fire(kernel: &mut Kernel, number: u64, release_ns: i64, now_ns: i64, epoch_ns
     kernel.source.counters.duration.add(monotonic_ns() - epoch_ns - now_ns);
 }
 
-/// Waits for the release, carrying out scripts meanwhile. Returns false if it was woken before.
+/// Waits for the release, carrying out scripts in the meantime. Returns false if the thread was woken earlier.
 fn wait(kernel: &mut Kernel, reminder: &mut Reminder, epoch_ns: i64, release_ns: i64, spins: bool) -> bool {
     let sleep_until_ns = release_ns - if spins { SPIN_NS } else { 0 };
     let seen = kernel.source.bell().rings();

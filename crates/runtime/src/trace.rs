@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Record of a run of a host, for replay: every script as bytes and, for every source, its inputs from outside.
+//! Record of a run of a host, for replay: every script as bytes and, for every source, its external inputs.
 //!
-//! All decisions (of supervisor and programming system) take effect through scripts, so the deciding parts need not be replayed.
-//! Connections within the host are named as if their ends were remote, so that the replaying side can make its own.
+//! All decisions (of the supervisor and the programming system) take effect through scripts, so the deciding parts need not be replayed.
+//! Connections within the host are identified as if their ends were remote, so that the replaying side can create its own.
 pub(crate) mod tape;
 mod taped;
 
@@ -24,35 +24,35 @@ use std::sync::{Arc, Mutex};
 pub enum Entry {
     /// A source, numbered from 0 in the order of the entries.
     Source(SourceSpec),
-    /// A device that subsequent scripts name for the first time.
+    /// A device to which subsequent scripts refer for the first time.
     Device {
         /// Name of the device.
         name: String,
         /// Channels of the device.
         channels: Vec<Channel>,
     },
-    /// A script submitted to a source. It is carried out in the segment that names it.
+    /// A script submitted to a source. It is carried out in the segment that refers to it.
     Script {
-        /// Number by which segments refer to it.
+        /// Number by which segments refer to the script.
         number: u64,
-        /// Source that carries it out.
+        /// Source that carries out the script.
         source: SourceId,
-        /// The script, and the objects that it names for the first time.
+        /// The script, and the objects to which it refers for the first time.
         parcel: Parcel,
     },
     /// Segment of a source.
     Stretch(SourceId, Stretch),
     /// Cell of an SVV in the image of a source.
     Named {
-        /// Source in whose image the cell is.
+        /// Source whose image contains the cell.
         source: SourceId,
-        /// The SVV.
+        /// Name of the SVV.
         name: String,
         /// C type of the SVV.
         type_text: String,
         /// Unit of the SVV, or empty.
         unit: String,
-        /// Cell, which a later script may be the first to name.
+        /// Cell of the value. A later script may be the first to refer to it.
         cell: crate::encoding::CellAt,
     },
     /// Point from which the record cannot be replayed, with the reason.
@@ -62,7 +62,7 @@ pub enum Entry {
 /// Lookup of the names of blocks' code in the replaying process.
 pub type CodeNames = Box<dyn Fn(&Block) -> Option<CodeName> + Send>;
 
-/// The record being made of a host.
+/// Record of a host that is being recorded.
 pub struct Trace {
     scripts: Mutex<Scripts>,
     takers: Mutex<Vec<(SourceId, Taker)>>,
@@ -88,7 +88,7 @@ impl Scripts {
     }
 }
 
-/// First number of connections within the host, above those of connections that leave it.
+/// First number of connections within the host; connections that leave the host have lower numbers.
 const WAYS_WITHIN: u64 = 1 << 40;
 
 impl Trace {
@@ -97,7 +97,7 @@ impl Trace {
         Trace { scripts: Mutex::new(scripts), takers: Mutex::default(), serials: Arc::default(), ways: AtomicU64::new(WAYS_WITHIN) }
     }
 
-    /// Returns the tape of a source that is being made.
+    /// Returns the tape for a source that is being created.
     pub(crate) fn tape(&self, id: SourceId, spec: &SourceSpec) -> Arc<SourceTape> {
         let (tape, taker) = SourceTape::recording(self.serials.clone());
         locked(&self.scripts).put(Entry::Source(spec.clone()));
@@ -133,7 +133,7 @@ impl Trace {
         *last
     }
 
-    /// Names the `cell` of an SVV's value in the image of `source`.
+    /// Records the name of an SVV, whose value is `cell` in the image of `source`.
     pub fn name(&self, source: SourceId, name: &str, type_text: &str, unit: &str, cell: &Cell) {
         let mut scripts = locked(&self.scripts);
         let cell = scripts.writer.place(cell);
@@ -149,8 +149,8 @@ impl Trace {
         }
     }
 
-    /// Takes the entries since the last call. Call it from one thread, often enough: segments that find no room are lost, and counted in
-    /// the next one.
+    /// Appends the entries recorded since the last call to `out`. Call this regularly, and from one thread only: when the buffer is full,
+    /// segments are dropped, and the next segment records how many.
     pub fn take(&self, out: &mut Vec<Entry>) {
         self.gather();
         out.extend(locked(&self.scripts).entries.drain(..));
@@ -163,8 +163,8 @@ impl Trace {
         scripts.entries.clear();
     }
 
-    /// Moves waiting segments behind the scripts that they may name. Called after every firing under the virtual clock, so that none is
-    /// lost however fast time advances.
+    /// Moves waiting segments after the scripts to which they may refer. Called after every firing under the virtual clock, so that no
+    /// segment is lost however fast time advances.
     pub(crate) fn gather(&self) {
         // Held throughout: two concurrent calls would mix the order of a source.
         let mut takers = locked(&self.takers);

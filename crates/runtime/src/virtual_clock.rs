@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Sources under the virtual clock: one thread, ordered by time, priority, RTP, source.
 //!
-//! A firing of a source with a virtual cost occupies [release, release + cost). Releases in that time of a source of higher priority on
-//! the same RTP, or of any source of another RTP, may run inside it: at its points (inside and between latches, between steps, inside and
-//! between publications) the seed chooses whether the next due firing starts there, nested in this one; the seed chooses the probability
-//! once per firing, so that some are interrupted early and some at their very end. The remaining ones run after it. A preempted firing is
-//! thus exactly a stack of calls, and every interleaving at these points occurs for some seed. A timer that cannot preempt it loses its
-//! releases in that time, except the last.
+//! A firing of a source with a virtual cost occupies [release, release + cost). If a source of higher priority on the same RTP, or any
+//! source of another RTP, is released in that time, it may run inside the firing. At the preemption points (inside and between latches,
+//! between steps, inside and between publications), the seed determines whether the next due firing starts there, nested in this one. The
+//! seed chooses the probability once per firing, so that some firings are interrupted early and some at their very end. Firings that did
+//! not start inside run after it. A preempted firing is thus exactly a stack of calls, and every interleaving at these points occurs for
+//! some seed. A timer that cannot preempt the firing loses its releases in that time, except the last.
 //!
-//! A firing whose end is later than the time that the clock may reach *stands*: its steps have run, but nothing of it is visible until
-//! the clock reaches its end; until then its image is as before. Scripts for its source, except readings, wait until then, and so do
-//! sources that cannot preempt it.
+//! A firing whose end is later than the time that the clock may reach *stands*: its steps have run, but none of its effects is visible
+//! until the clock reaches its end; until then, its image is unchanged. Scripts for its source, except readings, wait until then, and so
+//! do sources that cannot preempt it.
 use kernel::Table;
 use kernel::clock::monotonic_ns;
 use kernel::counters::add;
@@ -24,21 +24,21 @@ use std::cmp::Reverse;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
 
-/// Maximum number of requested firings in one instant; more are a loop. Timers request none.
+/// Maximum number of requested firings in one instant; a larger number indicates a loop. Timers do not count.
 const FIRINGS_AN_INSTANT: u32 = 10_000;
 
-/// Number of powers of two from which the rarity of preemption is chosen.
+/// Number of powers of two from which the rarity of preemption is drawn.
 const RARITIES: u64 = 8;
 
 /// The executor, used by one thread at a time (the host holds a lock).
 pub(crate) struct Virtual {
-    /// Boxed, so that kernels do not move while others are added.
+    /// Sources, boxed so that kernels do not move when sources are added.
     #[allow(clippy::vec_box, reason = "a firing holds its own member while sources are added")]
     sources: RefCell<Vec<Box<Member>>>,
     seed: Cell<u64>,
     /// Last instant, and the number of requests served in it.
     instant: Cell<(i64, u32)>,
-    /// Time that the clock may currently reach.
+    /// Time up to which the clock may currently advance.
     limit_ns: Cell<i64>,
     /// Latest end of a firing with a cost.
     busy_until_ns: Cell<i64>,
@@ -49,15 +49,15 @@ pub(crate) struct Virtual {
 struct Member {
     source: Arc<Source>,
     kernel: UnsafeCell<Kernel>,
-    /// Number of the next release of a timer, or of the next firing.
+    /// Number of the next release of a timer, or of the next firing of another source.
     next: Cell<u64>,
     fires: Cell<bool>,
     standing: Cell<Option<StandingFiring>>,
-    /// Values stored by a standing firing, to be put into the image at its end.
+    /// Values stored by a standing firing, to be written to the image at its end.
     unseen: RefCell<Vec<StoredCell>>,
 }
 
-/// A cell, and its present or previous contents.
+/// A cell, and its current or previous contents.
 type StoredCell = (kernel::Cell, Vec<u8>);
 
 /// A firing whose steps have run but which has not ended.
@@ -95,7 +95,8 @@ impl Virtual {
         }));
     }
 
-    /// Carries out scripts submitted to `source`. If a firing stands there, only readings; the others follow at its end.
+    /// Carries out scripts submitted to `source`. If a firing of that source stands, carries out only readings; the others follow at its
+    /// end.
     pub(crate) fn carry_out(&self, source: usize, now_ns: i64) {
         let _standard = Standard::enter();
         let member = self.member(source);
@@ -111,7 +112,7 @@ impl Virtual {
         then(unsafe { &mut *self.member(source).kernel.get() })
     }
 
-    /// Returns the time and source of the next event: the start of a firing, or the end of one that stands. At the same instant, ends
+    /// Returns the time and source of the next event: the start of a firing, or the end of a standing one. At the same instant, ends
     /// precede starts.
     pub(crate) fn next(&self) -> Option<(i64, usize)> {
         let sources = self.sources.borrow();
@@ -131,7 +132,7 @@ impl Virtual {
         Some(self.held_until_ns(sources, member).map_or(release_ns, |end_ns| release_ns.max(end_ns)))
     }
 
-    /// Returns the time until which standing firings hold up a source that cannot preempt them.
+    /// Returns the time until which standing firings delay a source that cannot preempt them.
     #[allow(clippy::vec_box, reason = "see `sources`")]
     fn held_until_ns(&self, sources: &[Box<Member>], member: &Member) -> Option<i64> {
         if self.standing.get() == 0 {
@@ -155,7 +156,7 @@ impl Virtual {
     }
 
     /// Serves source `index` at `time_ns`: runs its next firing, with any that preempt it, or the rest of a standing one. A firing that
-    /// ends after `limit_ns` stands. Fails if there were too many requests at this instant; those still pending are refused.
+    /// ends after `limit_ns` stands. Fails if there were too many requests at this instant; all pending requests are then refused.
     pub(crate) fn fire(&self, index: usize, time_ns: i64, limit_ns: i64, clock: &AtomicI64) -> Result<(), String> {
         // It runs on one of the program's threads, whose floating-point settings are arbitrary.
         let _standard = Standard::enter();
@@ -190,7 +191,7 @@ impl Virtual {
         self.requested() >= u64::from(FIRINGS_AN_INSTANT)
     }
 
-    /// Refuses all pending requests, so that the clock can continue. Returns the message.
+    /// Refuses all pending requests, so that the clock can continue. Returns the error message.
     fn refuse_requests(&self, last: &Member, time_ns: i64) -> String {
         self.instant.set((i64::MIN, 0));
         let refused: u64 = self.sources.borrow().iter().map(|member| member.source.requests.pending.swap(0, Ordering::SeqCst)).sum();
@@ -252,7 +253,7 @@ impl Virtual {
         }
     }
 
-    /// Runs the rest of a standing firing, then the scripts submitted to its source meanwhile.
+    /// Runs the rest of a standing firing, then the scripts submitted to its source in the meantime.
     fn conclude(&self, member: &Member, StandingFiring { release_ns, end_ns, computed }: StandingFiring) {
         // SAFETY: nothing of this source runs while its firing stands, so this is the one reference.
         let kernel = unsafe { &mut *member.kernel.get() };
@@ -298,8 +299,8 @@ impl Member {
         spec.rtp != this.rtp || spec.priority > this.priority
     }
 
-    /// Skips the releases of a timer, except the last, for which a firing up to `end_ns` left no time: its own, or one of its RTP that it
-    /// cannot preempt.
+    /// Skips those releases of a timer, except the last, for which a firing up to `end_ns` left no time: its own firing, or one on its
+    /// RTP that it cannot preempt.
     fn skip(&self, end_ns: i64) {
         let Some(period_ns) = self.source.period_ns() else { return };
         let skipped = (end_ns - self.next.get() as i64 * period_ns) / period_ns;
@@ -322,7 +323,7 @@ struct Within<'a> {
     executor: &'a Virtual,
     member: &'a Member,
     end_ns: i64,
-    /// Rarity of starts: a firing starts at one point in `rarity` + 1, a power of two.
+    /// Rarity of starts: on average, a firing starts at one point in `rarity` + 1, a power of two.
     rarity: u64,
     clock: &'a AtomicI64,
     outer: Option<&'a Within<'a>>,

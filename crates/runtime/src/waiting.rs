@@ -2,8 +2,8 @@
 //! Query of a thread's state from the operating system.
 use std::fs;
 
-/// Returns true if the thread of this clock is runnable, or is held by a debugger or a stop signal. Returns false if the system does not
-/// provide the state.
+/// Returns true if the thread with this CPU-time clock is runnable, or is held by a debugger or a stop signal. Returns false if the
+/// operating system does not report the state.
 #[must_use]
 pub fn waits_for_a_core(clock: libc::clockid_t) -> bool {
     // The clock ID contains the thread ID in a form guaranteed by the kernel ABI: its complement, above three bits.

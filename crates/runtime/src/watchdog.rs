@@ -12,17 +12,17 @@ use std::time::Duration;
 /// Poll period: a tenth of the minimum default budget.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
-/// Lateness above which a poll was itself held up, ns.
+/// Lateness above which a poll counts as held up itself, ns.
 const STOOD_STILL_NS: i64 = 50_000_000;
 
-/// Number of polls between two checks of the fault handlers if nothing has happened: one second.
+/// Number of polls between two checks of the fault handlers if no check is requested: one second.
 const HANDLERS_EVERY: u32 = 100;
 
 /// Priority above every source, because a runaway block at a real-time priority must not keep the watchdog from its core.
 const PRIORITY: u8 = 99;
 
 pub(crate) struct Watchdog {
-    /// State of the host whose supervisor it wakes.
+    /// State of the host whose supervisor the watchdog wakes.
     shared: Arc<HostState>,
     sources: RwLock<Vec<Arc<Source>>>,
     closing: AtomicBool,
@@ -35,8 +35,8 @@ impl Watchdog {
         Watchdog { shared, sources: RwLock::default(), closing: AtomicBool::new(false), wait: Mutex::default(), closed: Condvar::new() }
     }
 
-    /// Checks a source: a thread that receives no signals cannot be ended, and one that has exited makes nothing safe. A process that was
-    /// started for its processors then exits, and its guard makes its outputs safe.
+    /// Checks a source: a thread that receives no signals cannot be ended, and a thread that has exited cannot make its devices safe. In
+    /// these cases, a process that was started only to run processors exits, and its guard makes its outputs safe.
     fn look(&self, source: &Source, now_ns: i64, late_ns: i64) {
         source.containment.forgive(late_ns, now_ns);
         // In this order, because a thread that was asked to close may have exited.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Bells with which a writer wakes the process of its reader. One shared memory of a run contains all of them; each process that reads
-//! rows claims one.
+//! Bells with which a writer wakes the process of its reader. A single shared memory of a run contains all of them; each process that
+//! reads rows claims one.
 //!
-//! Any process of the run may overwrite any of it, so correctness does not depend on it: a sleeper checks again after at most
-//! [`SLEEP_MAX`], rung or not.
+//! Any process of the run may overwrite this memory, so correctness does not depend on it: a sleeper checks again after at most
+//! [`SLEEP_MAX`], even if its bell was not rung.
 use crate::folder::Folder;
 use crate::locks;
 use crate::offer::{Offer, offered, offering, remove_left};
@@ -20,31 +20,31 @@ const BELLS: u32 = 1024;
 const LEN: usize = BELLS as usize * LINE;
 /// Prefix of the name under which each member offers the bells that it uses, followed by its unique suffix.
 const NAME: &str = "bells";
-/// Number that no connection has, used to exclude others while searching for the bells.
+/// Pseudo connection number, used by no connection, under which a process excludes others while it searches for the bells.
 const AT: u64 = u64::MAX;
-/// Maximum delay of a lost ring, for example after another process overwrote a word, ns.
+/// Maximum delay caused by a lost ring, for example after another process overwrote a word, ns.
 const SLEEP_MAX: i64 = 100_000_000;
 
 /// All bells of a run.
 pub(crate) struct Bells {
-    /// Withdrawn before the memory is released.
+    /// Offer of the memory; withdrawn before the memory is released.
     _offer: Offer,
     memory: SealedMemory,
 }
 
 struct Bell {
-    /// Number of rings (wraps).
+    /// Number of rings (wraps around).
     rings: AtomicU32,
-    /// 1 while its listener sleeps or is about to.
+    /// 1 while the bell's listener sleeps or is about to sleep.
     asleep: AtomicU32,
 }
 
-/// Number of a bell in a connection's memory; 0 is none.
+/// Number of a bell in the memory of a connection; 0 if there is none.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct BellNumber(pub u32);
 
 impl Bells {
-    /// Opens the bells that a member of the run offers, or makes new ones.
+    /// Opens the bells offered by a member of the run, or creates new ones.
     pub fn open(folder: &Folder) -> io::Result<Self> {
         let _alone = folder.alone(AT)?;
         let memory = Bells::present(folder).map_or_else(|| SealedMemory::new(LEN), Ok)?;
@@ -52,8 +52,8 @@ impl Bells {
         Ok(Bells { _offer: Offer::new(folder.file(&name), memory.as_fd())?, memory })
     }
 
-    /// Returns the bells of this process, else of its parent, else of any process; skips memory that does not contain bells. Removes
-    /// names left by killed processes.
+    /// Returns the bells of this process, otherwise of its parent, otherwise of any process; skips memory that does not contain bells.
+    /// Removes names left behind by killed processes.
     fn present(folder: &Folder) -> Option<SealedMemory> {
         let known = [std::process::id(), parent_id()];
         let far = |path: &Path| fs::read_link(path).ok().and_then(|to| offering(&to)).map(|of| known.iter().position(|one| *one == of).unwrap_or(2));
@@ -64,7 +64,7 @@ impl Bells {
         offers.iter().find_map(|path| offered(path).ok().flatten().and_then(|(memory, _)| SealedMemory::received(memory, LEN).ok()))
     }
 
-    /// Claims a bell that no living process has, until `self` is dropped; `None` if all are taken.
+    /// Claims a bell that is not claimed by any living process, until `self` is dropped; returns `None` if all bells are taken.
     pub fn claim(&self) -> io::Result<Option<BellNumber>> {
         for index in 0..BELLS {
             if locks::claim(&self.memory, index.into())? {
@@ -74,8 +74,8 @@ impl Bells {
         Ok(None)
     }
 
-    /// Rings a bell, so that its listener checks its rows. Takes one atomic addition and one load and, if the listener sleeps, one
-    /// non-blocking wake. Real-time safe.
+    /// Rings a bell, so that its listener checks its rows. Takes one atomic addition and one load, and one non-blocking wake if the
+    /// listener sleeps. Real-time safe.
     #[inline]
     pub fn ring(&self, number: BellNumber) {
         let Some(bell) = self.bell(number) else { return };
@@ -87,7 +87,7 @@ impl Bells {
         }
     }
 
-    /// Wakes the thread that sleeps at a bell of this process, whatever its words contain.
+    /// Wakes the thread that sleeps on a bell of this process, whatever the bell's words contain.
     pub fn rouse(&self, number: BellNumber) {
         if let Some(bell) = self.bell(number) {
             bell.rings.fetch_add(1, Ordering::SeqCst);
@@ -100,7 +100,7 @@ impl Bells {
         self.bell(number).map_or(0, |bell| bell.rings.load(Ordering::SeqCst))
     }
 
-    /// Sleeps until the bell has been rung more often than `heard`, but for a limited time; may return earlier. Not on the real-time
+    /// Sleeps until the bell has been rung more than `heard` times, but only for a limited time; may return earlier. Not on the real-time
     /// path.
     pub fn wait(&self, number: BellNumber, heard: u32) {
         let Some(bell) = self.bell(number) else { return };

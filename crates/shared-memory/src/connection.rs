@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Access of a connection's end to its memory, in which locks on byte 0 and byte 1 are the claims of the writing and the reading end.
+//! Access of a connection's end to its memory, in which locks on byte 0 and byte 1 represent the claims of the writing and the reading
+//! end.
 //!
-//! The first end makes the memory; each living end offers it under its name in the run's folder (`offer`), so that it exists as long as
-//! one of them does. An end that joins a living one, after an end of its own kind was killed, takes over the buffer of its predecessor:
-//! the one that is neither in the middle nor the living end's. The living end declares its own buffer after each exchange; between
-//! exchange and declaration both words name the same buffer, so a newcomer sees that it must look again. The word of a dead end is never
-//! trusted.
+//! The first end creates the memory; each living end offers it under its name in the run's folder (`offer`), so that it exists as long as
+//! either end does. After an end was killed, its successor joins the living end and takes over the buffer of its predecessor: the one
+//! that is neither in the middle nor the living end's. The living end declares its own buffer after each exchange; between exchange and
+//! declaration, both words contain the same index, so a newcomer sees that it must retry. The word of a dead end is never trusted.
 use crate::fate::Fate;
 use crate::folder::Folder;
 use crate::layout::{self, Layout, MADE};
@@ -48,26 +48,26 @@ impl Role {
     }
 }
 
-/// Maximum time for which a newcomer retries: an exchange takes nanoseconds, unless its thread was stopped during it.
+/// Maximum time for which a newcomer retries: an exchange takes nanoseconds, unless its thread was stopped in the middle of it.
 const LOOK_MAX: Duration = Duration::from_secs(1);
 
 /// Claim of one end of a connection; dropping it releases the end.
 pub(crate) struct Connection {
     pub layout: Layout,
-    /// Index of the buffer that this end has.
+    /// Index of the buffer that this end holds.
     pub index: u8,
-    /// State of its loss, with the message.
+    /// Loss state of the connection, with the cause.
     pub fate: Arc<Fate>,
     role: Role,
     number: u64,
-    /// `None` once withdrawn.
+    /// Offer of the memory; `None` after it has been withdrawn.
     offer: Option<Offer>,
-    /// Folder, which exists until the last end has left it.
+    /// Folder of the run, which exists until the last end has left it.
     folder: Arc<Folder>,
 }
 
 impl Connection {
-    /// Claims an end of connection `number`, and makes its memory if no other end lives.
+    /// Claims an end of connection `number`, and creates its memory if the other end does not exist.
     pub fn enter(folder: &Arc<Folder>, role: Role, number: u64, spec: &ConnectionSpec) -> Result<Self, EndError> {
         Connection::entered(folder, role, number, spec).map_err(|why| EndError {
             message: format!(
@@ -80,7 +80,7 @@ impl Connection {
         })
     }
 
-    /// Removes the names of ends whose processes were killed, since their successors may have other numbers.
+    /// Removes the names of ends whose processes were killed, because their successors may have other numbers.
     pub fn sweep(folder: &Folder) {
         for path in folder.files().filter(|path| is_left(path)) {
             let Some(number) = number_of(&path) else { continue };
@@ -125,13 +125,13 @@ impl Drop for Connection {
     }
 }
 
-/// Failure to make an end.
+/// Reason why an end could not be created.
 enum Failure {
     System(io::Error),
     Taken,
     OtherLengths([u64; 3], [u64; 3]),
     Stopped,
-    /// The memory that this process offers contains words that no end leaves.
+    /// The memory offered by this process contains words that no end would write.
     Spoilt(u32),
 }
 
@@ -164,15 +164,15 @@ impl Failure {
     }
 }
 
-/// Memory that an end offers.
+/// Memory offered by an end.
 struct Present {
     memory: OwnedFd,
     process: u32,
 }
 
 impl Present {
-    /// Returns the memory that is offered under a path for this run and connection; `None` if there is none, or if the descriptor has
-    /// been reused for something else.
+    /// Returns the memory offered under a path for this run and connection; `None` if there is none, or if the descriptor has been reused
+    /// for something else.
     fn find(path: &std::path::Path, [run, number]: [u64; 2]) -> Result<Option<Present>, Failure> {
         let Some((memory, process)) = offered(path)? else { return Ok(None) };
         let by = |error: io::Error| Failure::System(io::Error::new(error.kind(), format!("{error} (process {process} offers it)")));
@@ -182,7 +182,7 @@ impl Present {
         Ok(is_it.then_some(Present { memory, process }))
     }
 
-    /// Joins a living end; returns `None` if it has died meanwhile.
+    /// Joins a living end; returns `None` if it has died in the meantime.
     fn join(self, role: Role, number: u64, spec: &ConnectionSpec) -> Result<Option<(Layout, Arc<Fate>, u8)>, Failure> {
         let Present { memory, process } = self;
         let first = SealedMemory::beginning(memory.try_clone()?, LINE)?;
@@ -207,7 +207,7 @@ fn lengths(spec: &ConnectionSpec) -> [u64; 3] {
     [spec.asynchronous_len, spec.queue_row_len, spec.queue_depth].map(|len| len as u64)
 }
 
-/// Makes new memory, with all words initialised for a new connection.
+/// Creates new memory, with all words initialised for a new connection.
 fn make(role: Role, [run, number]: [u64; 2], spec: &ConnectionSpec) -> Result<(Layout, Arc<Fate>, u8), Failure> {
     let memory = SealedMemory::new(layout::len_of(spec))?;
     if !locks::claim(&memory, role.byte())? {
@@ -222,7 +222,7 @@ fn make(role: Role, [run, number]: [u64; 2], spec: &ConnectionSpec) -> Result<(L
     Ok((layout, fate, if role == Role::Writing { BACK_AT_FIRST } else { FRONT_AT_FIRST }))
 }
 
-/// Returns the buffer that is neither in the middle nor the other end's; `None` if the other end has died meanwhile.
+/// Returns the buffer that is neither in the middle nor the other end's; `None` if the other end has died in the meantime.
 fn left_over(layout: &Layout, role: Role, process: u32) -> Result<Option<u8>, Failure> {
     let theirs: &AtomicU8 = if role == Role::Writing { layout.front() } else { layout.back() };
     let since = Instant::now();

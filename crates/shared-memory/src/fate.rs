@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Loss of a connection: a word of its memory contains a value that no end writes. The cause is kept until it is queried.
+//! Loss of a connection: a word of its memory contains a value that no end would write. The cause is kept until it is queried.
 use interconnect::{ConnectionSpec, LostConnection};
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 
-/// Loss state of one end.
+/// Loss state of one end of a connection.
 pub(crate) struct Fate {
     number: u64,
     spec: ConnectionSpec,
-    /// Process that made the memory, unless this end did.
+    /// Process that created the memory; `None` if this end did.
     maker: Option<u32>,
     lost: AtomicBool,
     told: AtomicBool,
@@ -21,7 +21,7 @@ pub(crate) struct Fate {
 pub(crate) enum Word {
     /// Index of the buffer in the middle.
     Middle,
-    /// A count of rows; the value is the resulting number of waiting rows.
+    /// A count of rows; its value is the number of waiting rows computed from it.
     Rows,
 }
 
@@ -31,13 +31,13 @@ impl Fate {
         Fate { number, spec: *spec, maker, lost, told, word: AtomicU32::new(0), value: AtomicU64::new(0) }
     }
 
-    /// Returns true if the connection is lost. One load of a line that only this process writes.
+    /// Returns true if the connection is lost. Takes one load of a line that only this process writes.
     #[inline]
     pub fn is_lost(&self) -> bool {
         self.lost.load(Ordering::Relaxed)
     }
 
-    /// Marks the connection as lost. The first reason is kept. Real-time safe.
+    /// Marks the connection as lost. The first cause is kept. Real-time safe.
     #[cold]
     pub fn lose(&self, word: Word, value: u64) {
         if !self.is_lost() {
@@ -47,7 +47,7 @@ impl Fate {
         }
     }
 
-    /// Returns the cause of its loss, once.
+    /// Returns the cause of the connection's loss, once.
     pub fn news(&self) -> Option<LostConnection> {
         if !self.lost.load(Ordering::Acquire) || self.told.swap(true, Ordering::Relaxed) {
             return None;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Folder of one run of a system: the names under which its processes find each other's memory, and their removal.
+//! Folder of one run of a system: the names under which its processes find each other's memory, and the removal of the folder.
 //!
 //! It contains only names and locks; memory is found through it (`offer`) but never stored in it.
 //!
-//! Each process that uses the folder locks the file `members` jointly with the others; the operating system releases the lock when the
-//! process ends for whatever reason. A member that obtains the exclusive lock knows that no other is left, and removes the folder: each
-//! member tries this when it leaves, and each newcomer tries it with the folders of other runs. A folder that belongs to another user, or
-//! that others may write, is left alone.
+//! Each process that uses the folder holds a shared lock on the file `members`; the operating system releases the lock when the process
+//! ends for whatever reason. A member that obtains the exclusive lock knows that it is the last one, and removes the folder: each member
+//! tries this when it leaves, and each newcomer tries it with the folders of other runs. A folder that belongs to another user, or that
+//! others can write to, is left alone.
 use crate::locks::{self, Whole};
 use std::fs::{self, DirBuilder, File, OpenOptions};
 use std::io;
@@ -18,9 +18,9 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 const ROOT: &str = "/dev/shm";
 const PREFIX: &str = "opengpac-";
 const MEMBERS: &str = "members";
-/// Number of hexadecimal digits of a run's number.
+/// Number of hexadecimal digits in a run's number.
 const RUN_LEN: usize = 16;
-/// Maximum length of a system's name in a folder's name; runs distinguish truncated names.
+/// Maximum length of the system's name in the name of a folder; folders with truncated names are distinguished by their runs.
 const NAME_LEN_MAX: usize = 100;
 
 /// Membership in a folder, which exists until the last member has left.
@@ -28,11 +28,11 @@ pub(crate) struct Folder {
     path: PathBuf,
     run: u64,
     members: File,
-    /// Serialises the ends of one membership: they share an open file, so file locks do not exclude them from each other.
+    /// Serialises the ends of one membership: they share an open file, so file locks do not exclude them from one another.
     alone: Mutex<()>,
 }
 
-/// Guard during which nobody else changes a name of the folder.
+/// Guard during which no other thread or process changes a name of the folder.
 pub(crate) struct Alone<'a> {
     folder: &'a Folder,
     at: u64,
@@ -47,7 +47,7 @@ impl Drop for Alone<'_> {
 }
 
 impl Folder {
-    /// Enters the folder of a run; makes it for the first member.
+    /// Enters the folder of a run; the first member creates it.
     pub fn enter(system: &str, run: u64) -> io::Result<Self> {
         let path = Path::new(ROOT).join(format!("{PREFIX}{}-{run:0RUN_LEN$x}", in_a_file_name(system)));
         loop {
@@ -89,7 +89,7 @@ impl Folder {
         fs::read_dir(&self.path).into_iter().flatten().flatten().map(|entry| entry.path())
     }
 
-    /// Waits, for a limited time, for ends that are made or dropped under the same number in any process.
+    /// Excludes ends that are created or dropped under the same number in any process. Waits for them for a limited time.
     pub fn alone(&self, at: u64) -> io::Result<Alone<'_>> {
         // A holder that panicked left nothing half changed.
         let here = self.alone.lock().unwrap_or_else(PoisonError::into_inner);
@@ -104,7 +104,7 @@ impl Drop for Folder {
     }
 }
 
-/// Removes the folders of runs without members, e.g. of killed processes; returns their number.
+/// Removes the folders of runs without members, for example of killed processes; returns their number.
 pub(crate) fn sweep() -> usize {
     let Ok(entries) = fs::read_dir(ROOT) else { return 0 };
     let paths = entries.flatten().map(|entry| entry.path()).filter(|path| is_of_a_run(path) && is_ours(path));
@@ -117,15 +117,15 @@ fn is_of_a_run(path: &Path) -> bool {
     run.is_some_and(|run| run.len() == RUN_LEN && run.bytes().all(|b| b.is_ascii_hexdigit()))
 }
 
-/// Returns true if the path is a folder (not a link) of this user that nobody else may write; otherwise its creator would control what is
-/// removed there.
+/// Returns true if the path is a folder (not a link) of this user that no other user can write to; otherwise, its creator would control
+/// what is removed there.
 fn is_ours(path: &Path) -> bool {
     // SAFETY: asks for a number.
     let user = unsafe { libc::geteuid() };
     fs::symlink_metadata(path).is_ok_and(|about| about.is_dir() && about.uid() == user && about.mode() & 0o022 == 0)
 }
 
-/// Removes a folder whose only member is the opener of `members`; returns true if this call removed it.
+/// Removes a folder if the opener of `members` is its only member; returns true if this call removed it.
 fn remove_if_alone(path: &Path, members: &File) -> bool {
     // The lock is held until the folder is deleted, so nobody enters meanwhile. It may be on a file that has been removed since it was
     // opened; the folder is then a different one.
@@ -149,7 +149,7 @@ pub(crate) fn open(path: &Path) -> io::Result<File> {
     OpenOptions::new().read(true).write(true).create(true).truncate(false).mode(0o600).custom_flags(libc::O_NOFOLLOW).open(path)
 }
 
-/// Returns true if `path` still refers to `file`, i.e. it was neither removed nor replaced since it was opened.
+/// Returns true if `path` still refers to `file`, which has been neither removed nor replaced since it was opened.
 pub(crate) fn is_at(file: &File, path: &Path) -> bool {
     let identity = |metadata: fs::Metadata| (metadata.dev(), metadata.ino());
     match (file.metadata(), fs::metadata(path)) {
@@ -158,7 +158,7 @@ pub(crate) fn is_at(file: &File, path: &Path) -> bool {
     }
 }
 
-/// Returns a system's name with all characters replaced that have a meaning in a path.
+/// Returns a system's name with all characters that have a meaning in a path replaced.
 fn in_a_file_name(system: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || "_-".contains(c) { c } else { '.' };
     system.chars().take(NAME_LEN_MAX).map(plain).collect()

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Layout of the memory of one connection: words, three buffers of the group, the rows of the queue. Words written by different ends are
-//! on different cache lines. The other end's process may overwrite any of it at any time: each word is checked as it is read, and the
-//! first impossible value ends the connection (`fate`).
+//! on different cache lines. The process of the other end may overwrite any of it at any time: each word is checked as it is read, and
+//! the first impossible value ends the connection (`fate`).
 //!
 //! | line | word | written by |
 //! |---|---|---|
-//! | 0 | initialised mark, and the lengths | the end that makes it |
+//! | 0 | initialised mark, and the lengths | the end that creates it |
 //! | 1 | index of the middle buffer | both, by swaps |
 //! | 2 | index of the writer's buffer | the writer, after each exchange |
 //! | 3 | index of the reader's buffer | the reader, after each exchange |
 //! | 4 | rows pushed | the writer |
 //! | 5 | rows popped | the reader |
-//! | 6 | bell of the reader's process | the reader, when it is made and dropped |
+//! | 6 | bell of the reader's process | the reader, when it is created and dropped |
 use crate::fate::{Fate, Word};
 use crate::sealed::{LINE, SealedMemory};
 use interconnect::triple::{TripleMemory, in_the_middle, is_possible};
@@ -21,10 +21,10 @@ use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, AtomicUsize, Ordering};
 
 const LINES_OF_WORDS: usize = 7;
 const BUFFERS: usize = 3;
-/// Size of the number behind a row, in bytes.
+/// Size of the number after a row, in bytes.
 const NUMBER_LEN: usize = size_of::<u64>();
 
-/// Memory of one connection, as one end sees it.
+/// Memory of one connection, as seen by one end.
 #[derive(Clone)]
 pub(crate) struct Layout {
     memory: Arc<SealedMemory>,
@@ -73,12 +73,12 @@ pub(crate) struct RegionHeader {
 }
 
 impl RegionHeader {
-    /// Returns the lengths for which the memory was made.
+    /// Returns the lengths for which the memory was created.
     pub fn lengths(&self) -> [u64; 3] {
         [&self.asynchronous_len, &self.queue_row_len, &self.queue_depth].map(|len| len.load(Ordering::Relaxed))
     }
 
-    /// Declares the run, connection and lengths it was made for; called last.
+    /// Stores the run, connection and lengths for which the memory was created; called last.
     pub fn set(&self, run: u64, number: u64, [asynchronous_len, queue_row_len, queue_depth]: [u64; 3]) {
         self.run.store(run, Ordering::Relaxed);
         self.number.store(number, Ordering::Relaxed);
@@ -89,7 +89,7 @@ impl RegionHeader {
     }
 }
 
-/// Mark of initialised memory; changes with the layout.
+/// Mark of initialised memory; changed whenever the layout changes.
 pub(crate) const MADE: u64 = 0x6f70_656e_6770_0002;
 
 impl Layout {
@@ -146,7 +146,7 @@ impl Layout {
         std::ptr::slice_from_raw_parts_mut(start.as_ptr(), self.buffer_len)
     }
 
-    /// Returns true if `rows` rows may wait; otherwise marks the connection as lost.
+    /// Returns true if `rows` is a possible number of waiting rows; otherwise marks the connection as lost.
     #[inline]
     fn may_wait(&self, rows: usize) -> bool {
         if rows > self.depth {
@@ -155,7 +155,7 @@ impl Layout {
         rows <= self.depth && !self.is_lost()
     }
 
-    /// Returns number and bytes of the row in a slot.
+    /// Returns the number and bytes of the row in a slot.
     fn slot(&self, slot: usize) -> (*mut u64, *mut [u8]) {
         let rows = LINES_OF_WORDS * LINE + BUFFERS * lines(self.buffer_len);
         let start = rows + slot * slot_len(self.row_len);
@@ -220,14 +220,14 @@ unsafe impl QueueMemory for Layout {
         self.slot(slot)
     }
 
-    /// Returns the reader's count; for a lost connection, the queue appears full to the writer.
+    /// Returns the reader's count; if the connection is lost, the queue appears full to the writer.
     #[inline]
     fn popped_of(&self, pushed: usize) -> usize {
         let popped = self.popped().load(Ordering::Acquire);
         if self.may_wait(pushed.wrapping_sub(popped)) { popped } else { pushed.wrapping_sub(self.depth) }
     }
 
-    /// Returns the writer's count; for a lost connection, the queue appears empty to the reader.
+    /// Returns the writer's count; if the connection is lost, the queue appears empty to the reader.
     #[inline]
     fn pushed_of(&self, popped: usize) -> usize {
         let pushed = self.pushed().load(Ordering::Acquire);

@@ -63,23 +63,23 @@ use std::sync::{Arc, Weak};
 
 /// Ends of connections in memory shared by the processes of one run of a system. May be dropped before its ends.
 ///
-/// Each end is unique: a second one with its number and kind is refused while the first lives, here or in another process. A connection
-/// lives as long as one of its ends; after both have ended, its number starts fresh.
+/// Each end is unique: a second end with the same number and kind is refused while the first lives, here or in another process. A
+/// connection lives as long as one of its ends; after both have ended, its number can be reused for a new connection.
 pub struct SharedMemory {
-    /// Started with the first reading end of a connection with a queue.
+    /// Listener, started with the first reading end of a connection with a queue.
     listener: Option<Arc<Listener>>,
     bells: Arc<Bells>,
     folder: Arc<Folder>,
-    /// Loss states of the ends that it made.
+    /// Loss states of the ends created here.
     fates: Vec<Weak<Fate>>,
 }
 
 impl SharedMemory {
     /// Enters the shared memory of run `run` of a system, and removes the remains of dead processes of this and any other run. All
-    /// processes to be connected pass the same name and run ([`new_run`], passed on by the process that starts them); others never meet.
+    /// processes to be connected pass the same name and run ([`new_run`], passed on by the process that starts them).
     ///
     /// # Errors
-    /// Fails without rights or room in `/dev/shm`.
+    /// Fails if there is no permission or no space in `/dev/shm`.
     pub fn new(system: &str, run: u64) -> Result<Self, EndError> {
         let failed = |error: io::Error| EndError {
             message: format!("cannot enter the shared memory of system '{system}': {error}; check who may read and write /dev/shm, and how full it is"),
@@ -147,8 +147,8 @@ pub fn new_run() -> u64 {
     RandomState::new().hash_one(std::process::id())
 }
 
-/// Removes the remains of killed processes from shared memory if no process of their run lives; returns the number of such runs.
-/// [`SharedMemory::new`] and its drop do so too.
+/// Removes the remains of killed processes from shared memory if no process of their run is alive; returns the number of such runs.
+/// [`SharedMemory::new`] and its drop do the same.
 pub fn clean() -> usize {
     folder::sweep()
 }

@@ -10,18 +10,19 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// Priority of the thread, if the rights are granted: above every source, because it works for all of them; a raise is short.
+/// Priority of the thread, if the process has the privilege: above every source, because it works for all of them; a raise is short.
 const PRIORITY: u8 = 99;
-/// Maximum plausible advance of a count: one that is further off than this and than the queue is deep was overwritten, and is ignored.
+/// Maximum plausible increase of a count. A count that has increased by more than this and by more than the queue's depth was
+/// overwritten, and is ignored.
 const ROWS_MAX: usize = 1 << 10;
-/// Maximum number of consecutive rings without a row before this thread pauses, so that a sender that rings in vain cannot occupy a
+/// Maximum number of consecutive rings without a row before this thread pauses, so that a sender that rings without need cannot occupy a
 /// processor.
 const VAIN_MAX: u32 = 16;
 const REST: Duration = Duration::from_millis(1);
 
 type Raise = Arc<dyn Fn() + Send + Sync>;
 
-/// Listener thread, which runs until this is dropped.
+/// Listener thread, which runs until this value is dropped.
 pub(crate) struct Listener {
     shared: Arc<ListenerState>,
     thread: Option<JoinHandle<()>>,
@@ -35,11 +36,11 @@ struct ListenerState {
     ends: AtomicBool,
 }
 
-/// A queue whose reader is raised.
+/// A queue whose reader is raised when rows arrive.
 struct WatchedQueue {
     key: u64,
     layout: Layout,
-    /// Number of rows for which it was raised so far (wraps, like their count).
+    /// Number of rows for which the reader has been raised so far (wraps around, like the count of rows).
     raised: usize,
     raise: Raise,
 }
@@ -54,8 +55,8 @@ impl Listener {
         Ok(Listener { shared, thread: Some(thread) })
     }
 
-    /// Calls `raise` for each row that waits in `layout`, and for each that arrives, until [`forget`](Self::forget) is called with the
-    /// returned number.
+    /// Calls `raise` for each row that waits in `layout` and for each that arrives later, until [`forget`](Self::forget) is called with
+    /// the returned number.
     pub fn watch(&self, layout: Layout, raise: Box<dyn Fn() + Send + Sync>) -> u64 {
         let key = self.shared.next.fetch_add(1, Ordering::Relaxed);
         let raised = layout.popped().load(Ordering::Acquire);
@@ -66,7 +67,7 @@ impl Listener {
         key
     }
 
-    /// Stops raising for the queue watched under `key`: no raise begins afterwards.
+    /// Stops raising the reader of the queue watched under `key`: no raise begins afterwards.
     pub fn forget(&self, key: u64) {
         let mut watched = self.shared.watched();
         if let Some(place) = watched.iter().position(|one| one.key == key) {
@@ -117,7 +118,7 @@ impl ListenerState {
 }
 
 impl WatchedQueue {
-    /// Returns the number of rows that have arrived since, if any, with the raise.
+    /// Returns the number of rows that have arrived since the last call, if any, with the function that raises the reader.
     fn due(&mut self) -> Option<(Raise, usize)> {
         let pushed = self.layout.pushed().load(Ordering::Acquire);
         let rows = pushed.wrapping_sub(self.raised);

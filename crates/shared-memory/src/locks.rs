@@ -11,11 +11,11 @@ use std::io;
 use std::os::fd::{AsFd, AsRawFd};
 use std::time::{Duration, Instant};
 
-/// Maximum wait for a lock, and the time between two tries.
+/// Maximum wait for a lock, and the interval between two attempts.
 const WAIT_MAX: Duration = Duration::from_secs(2);
 const AGAIN: Duration = Duration::from_micros(200);
 
-/// Retries until `has` succeeds; fails if another party holds the lock for too long.
+/// Retries until `has` succeeds; fails if another holder keeps the lock for too long.
 fn within(mut has: impl FnMut() -> io::Result<bool>) -> io::Result<()> {
     let since = Instant::now();
     while !has()? {
@@ -31,7 +31,7 @@ fn within(mut has: impl FnMut() -> io::Result<bool>) -> io::Result<()> {
 /// Lock on a whole file.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Whole {
-    /// Shared with other holders of shared locks.
+    /// Shared with the holders of other shared locks.
     Shared,
     /// Exclusive.
     Alone,
@@ -56,7 +56,7 @@ pub(crate) fn try_lock(file: &File, how: Whole) -> io::Result<bool> {
     }
 }
 
-/// Releases the lock on the whole file, as the end of the process does.
+/// Releases the lock on the whole file; the end of the process also releases it.
 #[cfg(test)]
 pub(crate) fn unlock(file: &File) -> io::Result<()> {
     flock(file, libc::LOCK_UN)
@@ -85,7 +85,7 @@ pub(crate) fn give_back(file: &impl AsFd, at: u64) -> io::Result<()> {
     of_byte(file, libc::F_OFD_SETLK, libc::F_UNLCK, at).map(|_| ())
 }
 
-/// Returns true if another holder, in a living process, has locked byte `at`.
+/// Returns true if another living holder has locked byte `at`.
 pub(crate) fn is_claimed(file: &impl AsFd, at: u64) -> io::Result<bool> {
     Ok(i32::from(of_byte(file, libc::F_OFD_GETLK, libc::F_WRLCK, at)?.l_type) != libc::F_UNLCK)
 }

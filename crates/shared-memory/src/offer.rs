@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Offers, by which one process finds the memory of another: a link in the run's folder to a descriptor of the offering process.
 //!
-//! A file of the folder is merely a name: it is never mapped, because any process that may open such a file may truncate it, and an
+//! A file in the folder is merely a name: it is never mapped, because any process that may open such a file may truncate it, and an
 //! access beyond its end kills the process. The memory itself has no name, and its size is sealed; other processes verify the seals
 //! before they map it. The link dangles once the offering process has exited.
 use std::fs::{self, File, OpenOptions};
@@ -14,8 +14,8 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Offer(PathBuf);
 
 impl Offer {
-    /// Offers the memory of a descriptor under `path`, replacing an offer of another process. The descriptor must stay open as long as
-    /// the offer.
+    /// Offers the memory of a descriptor under `path`, replacing the offer of another process. The descriptor must stay open as long as
+    /// the offer exists.
     pub fn new(path: PathBuf, memory: BorrowedFd<'_>) -> io::Result<Offer> {
         match fs::remove_file(&path) {
             Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
@@ -33,7 +33,7 @@ impl Drop for Offer {
     }
 }
 
-/// Returns the memory that is offered under `path`, and the offering process; `None` if there is none, or that process has exited.
+/// Returns the memory offered under `path`, and the process that offers it; `None` if there is no offer, or that process has exited.
 ///
 /// # Errors
 /// Fails, with a message that names the process, if the path is something else or this process may not open it.
@@ -64,7 +64,7 @@ pub(crate) fn offered(path: &Path) -> io::Result<Option<(OwnedFd, u32)>> {
     Ok(Some((memory.into(), process)))
 }
 
-/// Removes an offer left under `path` by a process that has ended. The caller must exclude concurrent offers.
+/// Removes an offer left under `path` by a process that has exited. The caller must exclude concurrent offers.
 pub(crate) fn remove_left(path: &Path) {
     if is_left(path) {
         // It may have been removed meanwhile.
@@ -72,19 +72,19 @@ pub(crate) fn remove_left(path: &Path) {
     }
 }
 
-/// Returns true if the offer under `path` belongs to a process that has ended.
+/// Returns true if the offer under `path` belongs to a process that has exited.
 pub(crate) fn is_left(path: &Path) -> bool {
     fs::read_link(path).ok().and_then(|leads_to| offering(&leads_to)).is_some_and(is_gone)
 }
 
-/// Returns the process that a link names.
+/// Returns the process to which a link refers.
 pub(crate) fn offering(leads_to: &Path) -> Option<u32> {
     let (process, descriptor) = leads_to.to_str()?.strip_prefix("/proc/")?.split_once("/fd/")?;
     let _number: u32 = descriptor.parse().ok()?;
     process.parse().ok()
 }
 
-/// Returns true if a process has ended, including a zombie: its descriptors then belong to the system.
+/// Returns true if a process has exited, even if it is a zombie, the descriptors of which belong to the system.
 fn is_gone(process: u32) -> bool {
     let about = fs::read_to_string(format!("/proc/{process}/stat"));
     about.map_or(true, |about| about.rsplit_once(')').is_some_and(|(_, rest)| matches!(rest.trim_start().chars().next(), Some('Z' | 'X'))))

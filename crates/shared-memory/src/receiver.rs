@@ -12,7 +12,8 @@ pub(crate) struct SharedReceiver {
     group: TripleReader<Layout>,
     group_len: usize,
     queue: Option<QueueReader<Layout>>,
-    /// True while the front buffer contains a publication that a previous reader had latched: it is the newest, and new for this reader.
+    /// True while the front buffer contains a publication that a previous reader had latched: it is the newest one, and new to this
+    /// reader.
     inherited: bool,
     /// Group before the first publication.
     zeros: Box<[u8]>,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Memory shared by processes: an unnamed in-memory file whose size is sealed, so that nobody can remove pages that another process uses,
-//! and nothing remains after the last of them ends.
+//! Memory shared by processes: an unnamed in-memory file whose size is sealed, so that no process can remove pages that another one uses,
+//! and nothing remains after the last of them exits.
 use std::io;
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, FromRawFd, OwnedFd};
 use std::ptr::NonNull;
@@ -9,8 +9,8 @@ use std::sync::atomic::AtomicU64;
 /// Size of a cache line in bytes; data written by different ends are on different lines.
 pub(crate) const LINE: usize = 64;
 
-/// Shared memory, mapped here but not in forked children. Other processes may write it at any time: every word must be checked before it
-/// is trusted.
+/// Shared memory, mapped here but not in forked children. Other processes may write to it at any time, so every word must be checked
+/// before it is trusted.
 #[derive(Debug)]
 pub struct SealedMemory {
     descriptor: OwnedFd,
@@ -28,10 +28,10 @@ unsafe impl Sync for SealedMemory {}
 const SEALS: i32 = libc::F_SEAL_SHRINK | libc::F_SEAL_GROW | libc::F_SEAL_SEAL;
 
 impl SealedMemory {
-    /// Makes `len` bytes of zeroed memory with every page present, so that no later access can fail for lack of memory.
+    /// Creates `len` bytes of zeroed memory with every page present, so that no later access can fail for lack of memory.
     ///
     /// # Errors
-    /// Fails if the operating system refuses: no memory, no descriptors left.
+    /// Fails if the operating system has no memory or no descriptors left.
     pub fn new(len: usize) -> io::Result<SealedMemory> {
         // SAFETY: the name ends in NUL.
         let made = unsafe { libc::memfd_create(c"opengpac".as_ptr(), libc::MFD_CLOEXEC | libc::MFD_ALLOW_SEALING) };
@@ -53,10 +53,10 @@ impl SealedMemory {
         SealedMemory::map(descriptor, len)
     }
 
-    /// Maps `len` bytes of memory that another process made.
+    /// Maps `len` bytes of memory that another process created.
     ///
     /// # Errors
-    /// `InvalidData` if the descriptor is not memory of this kind, is not sealed, or has another size.
+    /// `InvalidData` if the descriptor is not memory of this kind, is not sealed, or has the wrong size.
     pub fn received(descriptor: OwnedFd, len: usize) -> io::Result<SealedMemory> {
         match sealed_len(descriptor.as_fd())? {
             there if there == len => SealedMemory::map(descriptor, len),
@@ -64,7 +64,7 @@ impl SealedMemory {
         }
     }
 
-    /// Maps the first `len` bytes of memory that another process made and that may be longer.
+    /// Maps the first `len` bytes of memory that another process created and that may be longer.
     ///
     /// # Errors
     /// As for [`received`](Self::received); also fails if the memory is shorter.
@@ -97,7 +97,7 @@ impl SealedMemory {
         self.len
     }
 
-    /// Returns true if the length is 0, which never happens: mappings are not empty.
+    /// Returns true if the length is 0; always false, because mappings are not empty.
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }

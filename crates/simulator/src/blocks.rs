@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A small family of blocks whose outputs can be verified: each value identifies the start and the invocation that stored it.
 //!
-//! A *tag* is a unique number of a start; it is passed in ψ. The *code* of an invocation combines its tag and its number. A producer
-//! stores its code in one output and the negative in the other: if the two are not negatives of each other, they are from two
+//! A *tag* is the unique number of a start; it is passed in ψ. The *code* of an invocation combines its tag and its number. A producer
+//! stores its code in one output and the negated code in the other: if one is not the negative of the other, they were stored by two
 //! invocations.
 use opengpac::abi::Descriptor;
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
@@ -16,7 +16,7 @@ pub fn code(tag: i64, number: u64) -> f64 {
     (tag * NUMBERS + (number as i64 % NUMBERS)) as f64
 }
 
-/// Returns tag and number of a code, or `None` for a value that was not stored by a block.
+/// Returns the tag and number of a code, or `None` if the value was not stored by a block.
 pub fn decode(value: f64) -> Option<(i64, u64)> {
     let value = value.abs();
     let whole = value as i64;
@@ -37,12 +37,12 @@ fn tell(text: String) {
     WRONG.with_borrow_mut(|wrong| wrong.push(text));
 }
 
-/// Returns true for a pair that one invocation stored, and for one of which the program has stored a part.
+/// Returns true if one invocation stored both halves of a pair, or if the program stored one of them.
 pub fn is_whole(u: f64, v: f64) -> bool {
     u == -v || decode(u).is_none() || decode(v).is_none()
 }
 
-/// Checks a pair that a block reads: it must be whole, and not older than the one that the block read last.
+/// Checks a pair that a block reads: it must be whole, and no older than the previous pair that the block read.
 fn judge(who: &str, is_each: bool, last: &mut f64, u: f64, v: f64) {
     if !is_whole(u, v) {
         tell(format!("{who} read {:?} in one input and {:?} in the other: two invocations", decode(u), decode(v)));
@@ -62,7 +62,7 @@ pub struct Pair {
     /// the code
     #[output]
     a: f64,
-    /// its negative
+    /// its negative value
     #[output]
     b: f64,
     /// number of the start
@@ -84,7 +84,7 @@ pub struct Reporter {
     /// the code
     #[output]
     a: f64,
-    /// its negative
+    /// its negative value
     #[output]
     b: f64,
     /// number of the start
@@ -116,14 +116,14 @@ impl Step for Reporter {
     }
 }
 
-/// A pair that faults in invocation `at`, after it has stored the first half: 1 an error is returned, 2 it panics, 3 an output is not
-/// finite.
+/// A pair that faults in invocation `at`, after it has stored the first half. Kinds: 1 returns an error, 2 panics, 3 produces a
+/// non-finite output.
 #[derive(FunctionBlock)]
 pub struct Faulty {
     /// the code
     #[output]
     a: f64,
-    /// its negative
+    /// its negative value
     #[output]
     b: f64,
     /// number of the start
@@ -179,16 +179,16 @@ impl Step for Many {
 /// Reads the newest pair.
 #[derive(FunctionBlock)]
 pub struct Newest {
-    /// one half
+    /// first half
     #[input(asynchronous, default = 0.0)]
     u: f64,
-    /// the other
+    /// second half
     #[input(asynchronous, default = 0.0)]
     v: f64,
-    /// the first half
+    /// the first half that was read
     #[output]
     y: f64,
-    /// value of the last invocation
+    /// value read in the last invocation
     #[state]
     last: f64,
 }
@@ -204,16 +204,16 @@ impl Step for Newest {
 /// Reads each pair.
 #[derive(FunctionBlock)]
 pub struct Each {
-    /// one half
+    /// first half
     #[input]
     u: f64,
-    /// the other
+    /// second half
     #[input]
     v: f64,
-    /// the first half
+    /// the first half that was read
     #[output]
     y: f64,
-    /// value of the last invocation
+    /// value read in the last invocation
     #[state]
     last: f64,
 }
@@ -229,16 +229,16 @@ impl Step for Each {
 /// Reads every third pair.
 #[derive(FunctionBlock)]
 pub struct Third {
-    /// one half
+    /// first half
     #[input(ratio = 3)]
     u: f64,
-    /// the other
+    /// second half
     #[input(ratio = 3)]
     v: f64,
-    /// the first half
+    /// the first half that was read
     #[output]
     y: f64,
-    /// value of the last invocation
+    /// value read in the last invocation
     #[state]
     last: f64,
 }

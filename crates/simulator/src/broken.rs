@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! End of a run by a violated invariant.
+//! Termination of a run when an invariant is violated.
 use model::refusal::Refusals;
 
 /// A violated invariant.
@@ -13,7 +13,7 @@ pub fn broken<T>(invariant: &'static str, text: impl Into<String>) -> Result<T, 
     Err(BrokenInvariant { invariant, text: text.into() })
 }
 
-/// Returns refusals as one line.
+/// Formats refusals as one line.
 pub fn text(refusals: &Refusals) -> String {
     refusals.iter().map(|refusal| format!("{:?}: {refusal}", refusal.class)).collect::<Vec<_>>().join("; ")
 }

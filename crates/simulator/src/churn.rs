@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Bounded memory and work: an instance that is created, started, halted and deleted repeatedly must cost as much at the end as at the
+//! Bounded memory and work: an instance that is repeatedly created, started, halted and deleted must cost as much at the end as at the
 //! beginning. The binary's allocator counts the allocations made by the system alone, and all live bytes.
 use crate::broken::{BrokenInvariant, broken, text};
 use crate::memory::{counted, counts};
@@ -9,7 +9,7 @@ use crate::program::MS;
 use crate::world::World;
 use serde_json::json;
 
-/// Rounds of warm-up, of each of the two measurements, and between them.
+/// Numbers of rounds: for warm-up, in each of the two measurements, and between the measurements.
 const WARM: usize = 4;
 const MEASURED: usize = 8;
 const BETWEEN: usize = 40;
@@ -44,7 +44,7 @@ pub fn churn(world: &mut World, of: Operation) -> Result<String, BrokenInvariant
     Ok(words)
 }
 
-/// Runs rounds. Returns their number of allocations and the increase in live bytes.
+/// Runs rounds. Returns the number of allocations and the increase in live bytes.
 fn rounds(world: &mut World, of: Operation, count: usize) -> Result<(u64, i64), BrokenInvariant> {
     world.work = 0;
     let before = counts().0;
@@ -54,7 +54,7 @@ fn rounds(world: &mut World, of: Operation, count: usize) -> Result<(u64, i64), 
     Ok((world.work, counts().0 - before))
 }
 
-/// Runs one life. Returns the reason if it is not possible.
+/// Runs one life cycle of an instance. Returns the reason if this is not possible.
 fn round(world: &mut World, of: Operation) -> Result<Option<String>, BrokenInvariant> {
     let words = world.create(Operation { c: 1, ..of });
     let made = world.made();

@@ -14,7 +14,7 @@ pub struct Crash {
     /// the code
     #[output]
     a: f64,
-    /// its negative
+    /// its negative value
     #[output]
     b: f64,
     /// number of the start
@@ -47,20 +47,20 @@ pub struct Torn {
     /// number of the start
     #[param(default = 1)]
     tag: i64,
-    /// invocation in which its budget is spent
+    /// invocation in which its budget is exhausted
     #[param(default = 1_000_000)]
     at: u64,
 }
 
 impl Step for Torn {
-    /// Stores the elements that its entry below does not store.
+    /// Stores the elements that its entry point (below) does not store.
     fn step(&mut self, invocation: &opengpac::Invocation) -> Outcome {
         self.y = [code(self.tag, invocation.number); MANY];
         Outcome::Done
     }
 }
 
-/// Memory of an instance in the layout of the generated entry.
+/// Memory of an instance in the layout of the generated entry point.
 #[repr(C)]
 struct Instance {
     header: Header,
@@ -68,7 +68,7 @@ struct Instance {
     own: Torn,
 }
 
-/// An entry like generated ones (`block/src/abi.rs`), except for the signal.
+/// Entry point like the generated ones (`block/src/abi.rs`), except for the signal.
 unsafe extern "C" fn run(memory: *mut c_void, _: *const Invocation) -> u64 {
     let m = memory.cast::<Instance>();
     // SAFETY: the kernel passes the memory of an instance of this block with every address bound.
@@ -90,13 +90,13 @@ unsafe extern "C" fn run(memory: *mut c_void, _: *const Invocation) -> u64 {
     0
 }
 
-/// Returns the descriptor of `Torn` with that entry.
+/// Returns the descriptor of `Torn` with this entry point.
 fn torn() -> &'static Descriptor {
     static DESCRIPTOR: OnceLock<&'static Descriptor> = OnceLock::new();
     DESCRIPTOR.get_or_init(|| Box::leak(Box::new(Descriptor { run, ..*Torn::descriptor() })))
 }
 
-/// Returns the blocks of module `crashing`, which is not trusted after a crash.
+/// Returns the blocks of module `crashing`, which is no longer trusted after a crash.
 pub fn all() -> [&'static Descriptor; 2] {
     [Crash::descriptor(), torn()]
 }

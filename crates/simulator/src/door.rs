@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The other kind of world: the control interface in this process, observers that request everything they can, and a panel that stops.
+//! The other kind of world: the control interface in this process, observers that request everything they can, and a panel that stops
+//! things.
 //!
-//! Requests and their order are drawn from the seed; the interface uses a clock that stands still while any task runs. The system has a
-//! monotonic clock, so a wait keeps its resources while others arrive. Only results that do not depend on this machine's timing are
-//! checked and printed.
+//! Requests and their order are drawn from the seed; the interface uses a clock that stands still while any task is running. The system
+//! has a monotonic clock, so a wait keeps its resources while other requests arrive. Only results that do not depend on this machine's
+//! timing are checked and printed.
 use crate::broken::{BrokenInvariant, broken, text};
 use crate::outcome::Outcome;
 use crate::seed::Numbers;
@@ -21,20 +22,20 @@ use supervisor::System;
 use tokio::task::JoinHandle;
 use tower::ServiceExt;
 
-/// Number of seeds of which one is such a world.
+/// Number of seeds of which one runs such a world.
 const EACH: u64 = 50;
 const OBSERVERS: usize = 6;
-/// Time limit for the answer to a stop, on the interface's clock.
+/// Time limit for answering a stop, on the interface's clock.
 const BOUND: Duration = Duration::from_millis(20);
 
-/// Returns true if a seed is of this kind.
+/// Returns true if a seed runs a world of this kind.
 pub fn is_of(seed: u64) -> bool {
     seed % EACH == EACH - 1
 }
 
 #[derive(Clone, Copy, Debug)]
 enum What {
-    /// An observer waits, several times at once.
+    /// An observer starts several waits at the same time.
     Waits,
     Histories,
     Checks,
@@ -43,7 +44,7 @@ enum What {
     Absent,
     /// An observer does not read the answers.
     Unread,
-    /// Time passes.
+    /// Time elapses.
     Time,
     /// The panel stops something.
     Stop,
@@ -79,7 +80,7 @@ fn operations(numbers: &Numbers) -> Vec<Operation> {
     operations
 }
 
-/// A folder that is deleted with the world.
+/// A folder that is deleted when the world is dropped.
 struct Folder(PathBuf);
 
 impl Drop for Folder {
@@ -89,7 +90,7 @@ impl Drop for Folder {
     }
 }
 
-/// Runs such a seed, or only its operations in `kept`. Returns the operations that it ran.
+/// Runs such a seed, or only those of its operations that are in `kept`. Returns the operations that were run.
 pub fn run(seed: u64, kept: Option<&[usize]>, outcome: &mut Outcome) -> (Vec<usize>, Result<(), BrokenInvariant>) {
     let numbers = Numbers::of(seed);
     let chosen: Vec<(usize, Operation)> =
@@ -136,7 +137,7 @@ struct Door {
     starts: u64,
 }
 
-/// Sends a request. Returns the status and the unread body; the status is 0 if there is no answer.
+/// Sends a request. Returns the status and the unread body; the status is 0 if there was no answer.
 async fn send(router: Router, token: String, session: String, path: String, body: Json) -> (u16, Body) {
     let Ok(from) = "10.0.0.1:1".parse() else { return (0, Body::empty()) };
     let request = Request::post(path).header("host", "localhost").header("authorization", format!("Bearer {token}")).extension(Peer::Tcp { from });
@@ -196,7 +197,7 @@ impl Door {
         send(self.router.clone(), self.panel.clone(), self.session.clone(), path.to_owned(), body).await
     }
 
-    /// Sends `of.count` requests of one observer concurrently, and reads their responses in the background.
+    /// Sends `of.count` concurrent requests of one observer, and reads their responses in the background.
     fn ask(&mut self, of: Operation, call: &str, arguments: &Json) {
         for _ in 0..of.count {
             let sent = send(self.router.clone(), self.observers[of.who].clone(), String::new(), format!("/v1/call/{call}"), arguments.clone());
@@ -235,7 +236,7 @@ impl Door {
         Ok(())
     }
 
-    /// Restarts everything.
+    /// Halts and restarts the system.
     fn again(&mut self) {
         for (again, arguments) in [
             ("reset", json!({})),
@@ -249,7 +250,7 @@ impl Door {
         }
     }
 
-    /// Stops something from the panel, which must be answered no matter how many clients wait.
+    /// Stops something from the panel. The stop must be answered no matter how many clients are waiting.
     async fn stop(&mut self, of: Operation) -> Result<(), BrokenInvariant> {
         self.again();
         // Earlier requests must first have claimed their resources.

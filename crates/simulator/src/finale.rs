@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The end of a run: every instance ends, everything can be started once more, and nothing is left.
+//! End of a run: every instance ends, everything can be started once more, and no object remains.
 use crate::broken::{BrokenInvariant, broken, text};
 use crate::invariants;
 use crate::plant::{self, safe};
@@ -7,8 +7,8 @@ use crate::program::{JOINT, MS};
 use crate::world::World;
 use serde_json::json;
 
-/// Time limit for the end of an instance that was halted twice, ms of the system's clock; an instance that first comes to rest has its
-/// own limit.
+/// Time limit for an instance that was halted twice to end, ms of the system's clock; an instance that first comes to rest has its own
+/// limit.
 const END_MS: i64 = 200;
 
 pub fn finale(world: &mut World) -> Result<Vec<String>, BrokenInvariant> {
@@ -65,7 +65,7 @@ fn enable(world: &World) -> Result<(), BrokenInvariant> {
     }
 }
 
-/// Halts an instance twice, after which it must end.
+/// Halts an instance twice, after which it must have ended.
 fn end(world: &mut World, name: &str, id: u64) -> Result<(), BrokenInvariant> {
     for _ in 0..2 {
         if matches!(world.system.state(id), "queued" | "running" | "suspended") {
@@ -83,7 +83,7 @@ fn end(world: &mut World, name: &str, id: u64) -> Result<(), BrokenInvariant> {
     }
 }
 
-/// Checks that nothing is left.
+/// Checks that no object remains.
 fn left(world: &mut World) -> Result<(), BrokenInvariant> {
     world.call("disable", json!({"name": JOINT})).or_else(|why| broken("stopping ends", text(&why)))?;
     advance(world, invariants::grace_ns(&world.program))?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Invariants after each operation.
+//! Invariants that are checked after each operation.
 use crate::blocks::{MANY, decode, is_whole, wrong};
 use crate::broken::{BrokenInvariant, broken, text};
 use crate::plant::{self, safe};
@@ -22,7 +22,8 @@ pub fn check(world: &mut World) -> Result<(), BrokenInvariant> {
     histories(world)
 }
 
-/// Checks that the log and the state of each instance agree: as many starts as were accepted, and an end for each except the current one.
+/// Checks that the log and the state of each instance agree: every accepted start is in the log, and every start except the current one
+/// has an end.
 fn states(world: &World) -> Result<(), BrokenInvariant> {
     for (name, life) in world.lives.of.iter().filter(|(_, life)| life.id != 0) {
         let state = if life.is_deleted { "ended" } else { world.system.state(life.id) };
@@ -35,7 +36,7 @@ fn states(world: &World) -> Result<(), BrokenInvariant> {
     Ok(())
 }
 
-/// Checks that each end has one report, for its start, with values of one invocation.
+/// Checks that each end has exactly one report, which belongs to its start and contains the values of one invocation.
 fn reports(world: &mut World) -> Result<(), BrokenInvariant> {
     for end in world.system.ends_since(world.ends_read) {
         world.ends_read = end.number + 1;
@@ -83,7 +84,7 @@ fn blocks() -> Result<(), BrokenInvariant> {
     }
 }
 
-/// Checks that every output is either from a running start that claims the channel, or safe.
+/// Checks that every output is either safe or was written by a running start that claims the channel.
 fn writes(world: &mut World) -> Result<(), BrokenInvariant> {
     let writes = std::mem::take(&mut plant::locked(&world.plant).writes);
     let joint = world.program.plant.1 - 1;
@@ -110,7 +111,8 @@ fn writes(world: &mut World) -> Result<(), BrokenInvariant> {
     Ok(())
 }
 
-/// Returns the time after an end during which values may still arrive: 0, unless a firing has a cost and has to end first.
+/// Returns the time after an end during which values may still arrive: 0, unless firings have a duration, in which case the current one
+/// must finish first.
 pub fn grace_ns(program: &Program) -> i64 {
     match program.max_cost_ns() {
         0 => 0,
@@ -118,7 +120,7 @@ pub fn grace_ns(program: &Program) -> i64 {
     }
 }
 
-/// Checks that outputs without a claim are safe, and all outputs after an emergency stop.
+/// Checks that unclaimed outputs are safe, and that all outputs are safe after an emergency stop.
 fn outputs(world: &mut World) -> Result<(), BrokenInvariant> {
     let now_ns = world.system.now_ns();
     let is_latched = world.system.latched().is_some();
@@ -144,12 +146,13 @@ fn outputs(world: &mut World) -> Result<(), BrokenInvariant> {
     Ok(())
 }
 
-/// Returns true if a source stands still or has just resumed.
+/// Returns true if a source is stalled or has just resumed.
 pub fn is_standing(world: &World, source: usize) -> bool {
     world.stalled_ns[source].saturating_add(grace_ns(&world.program)) >= world.system.now_ns()
 }
 
-/// Checks that in one snapshot the outputs of one block are from one invocation, carry its number, and were stored while its start ran.
+/// Checks that the outputs of one block in one snapshot come from one invocation, carry its number, and were stored while its start was
+/// running.
 fn snapshot(world: &World) -> Result<(), BrokenInvariant> {
     if (0..world.program.sources.len()).any(|source| is_standing(world, source)) || !world.lives.lost.is_empty() {
         return Ok(());
@@ -208,7 +211,7 @@ fn snapshot(world: &World) -> Result<(), BrokenInvariant> {
     Ok(())
 }
 
-/// Checks that a history has no more rows than declared, in order, each with its number.
+/// Checks that a history has at most the declared number of rows, in order, each with its number.
 fn histories(world: &World) -> Result<(), BrokenInvariant> {
     for index in 0..PAIRS {
         let name = format!("s{index}.a");

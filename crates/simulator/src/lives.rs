@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Expected state of each verb instance, as far as it follows from the calls and the log.
+//! Expected state of each verb instance, to the extent that the calls and the log determine it.
 use std::collections::HashMap;
 
 /// A resource that an instance claims.
@@ -10,7 +10,7 @@ pub struct Claim {
     pub refuses: bool,
 }
 
-/// One start, from beginning to end.
+/// One start, from its beginning to its end.
 #[derive(Clone, Copy, Debug)]
 pub struct Run {
     pub begun_ns: i64,
@@ -28,27 +28,27 @@ pub struct Life {
     pub devices: Vec<&'static str>,
     /// Number of accepted starts.
     pub accepted: u64,
-    /// Number of starts and ends in the log.
+    /// Number of starts in the log, and number of ends in the log.
     pub started: u64,
     pub ended: u64,
-    /// Tags of the instance's starts, in order, including runs that have begun.
+    /// Tags of the instance's starts, in order, including runs that are in progress.
     pub tags: Vec<i64>,
     pub is_deleted: bool,
-    /// True if the instance waits for its turn.
+    /// True if the instance is queued for its turn.
     pub is_queued: bool,
-    /// True if its log entries are lost and the world did not create the instance, which is then no longer tracked.
+    /// True if the instance's log entries were lost and the world did not create it; it is no longer tracked.
     pub is_lost: bool,
     /// Number of end reports.
     pub reports: u64,
 }
 
 impl Life {
-    /// Returns true if it has started and not ended.
+    /// Returns true if the instance has been started and has not ended.
     pub fn is_busy(&self) -> bool {
         self.started > self.ended
     }
 
-    /// Returns true if it has begun, so that it holds its claims.
+    /// Returns true if the instance has begun to run, so that it holds its claims.
     pub fn runs(&self) -> bool {
         self.is_busy() && !self.is_queued
     }
@@ -63,12 +63,12 @@ impl Life {
 pub struct Lives {
     pub of: indexmap::IndexMap<String, Life>,
     pub runs: HashMap<i64, (String, Option<Run>)>,
-    /// Sources that the log has reported as lost since the last reset.
+    /// Sources for which the log has reported losses since the last reset.
     pub lost: Vec<String>,
 }
 
 impl Lives {
-    /// Processes an entry of the log. Fails if the entry is impossible.
+    /// Processes a log entry. Fails if the entry is impossible.
     pub fn read(&mut self, entry: &supervisor::Entry) -> Result<(), String> {
         let time_ns = (entry.time_s * 1e9).round() as i64;
         if entry.kind == "processor_lost" {
@@ -112,7 +112,7 @@ impl Lives {
         Ok(())
     }
 
-    /// Handles lost entries of the log: takes their content from the states.
+    /// Handles lost log entries: derives their content from the states.
     pub fn lose(&mut self, state: impl Fn(u64) -> &'static str) {
         for (name, life) in self.of.iter_mut().filter(|(_, life)| !life.is_deleted) {
             if life.id == 0 {
@@ -130,7 +130,7 @@ impl Lives {
         }
     }
 
-    /// Returns a claim that two running instances share.
+    /// Returns a claim that two running instances both hold, if any.
     pub fn shared_claim(&self) -> Option<String> {
         let running: Vec<(&String, &Life)> = self.of.iter().filter(|(_, life)| life.runs()).collect();
         for (index, (name, life)) in running.iter().enumerate() {

@@ -6,7 +6,7 @@ use std::cell::Cell;
 pub struct Counting;
 
 thread_local! {
-    /// Live bytes, number of allocations, and total bytes allocated, of this thread.
+    /// Live bytes, number of allocations, and total bytes allocated by this thread.
     static COUNTS: Cell<(i64, u64, u64)> = const { Cell::new((0, 0, 0)) };
 }
 
@@ -32,7 +32,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 }
 
-/// Returns live bytes, number of allocations and total bytes of this thread; zeros if [`Counting`] is not the allocator.
+/// Returns the live bytes, number of allocations, and total bytes allocated by this thread; zeros if [`Counting`] is not the allocator.
 pub fn counts() -> (i64, u64, u64) {
     COUNTS.get()
 }

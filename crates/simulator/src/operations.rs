@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Operations by callers, by time, and faults, on a world. An operation identifies its target by numbers modulo the number of existing
-//! ones, so that a list of operations remains meaningful if some are omitted.
+//! Operations on a world, by callers, by the passage of time, and by faults. An operation identifies its target by a number modulo the
+//! number of existing targets, so that a list of operations remains meaningful if some are omitted.
 use crate::seed::Numbers;
 
 /// Number of callers that call at the same time.
@@ -13,11 +13,11 @@ pub enum What {
     Start,
     Suspend,
     Resume,
-    /// Starts a halt, and continues without waiting for its end.
+    /// Starts a halt, and continues without waiting for it to end.
     Halt,
-    /// Starts waiting for an end.
+    /// Starts waiting for an instance to end.
     Wait,
-    /// Waits for an end, for at most some ms of the system's clock.
+    /// Waits at most a few milliseconds of the system's clock for an instance to end.
     WaitShortly,
     Delete,
     Set,
@@ -32,21 +32,21 @@ pub enum What {
     Disable,
     Pause,
     ResumeProgram,
-    /// Changes the faults of messages.
+    /// Changes the message faults.
     Link,
-    /// Removes the plant or brings it back.
+    /// Disconnects or reconnects the plant.
     Plant,
     /// Opens or closes the gate.
     Gate,
-    /// Kills or stops the plant's process, its guard or the supervisor, and lets some seconds pass.
+    /// Kills or suspends the plant's process, its guard or the supervisor, and lets several seconds elapse.
     Hit,
     /// Cuts off a programming system.
     Abandon,
-    /// Checks that the same work of one instance, repeated, does not become more expensive.
+    /// Checks that repeating the same work of one instance does not become more expensive.
     Churn,
 }
 
-/// Each kind with its weight, and whether it is a fault that a seed may omit.
+/// Kinds of operations, each with its weight and whether it is a fault that a seed may omit.
 const KINDS: [(What, usize, bool); 27] = [
     (What::Define, 1, false),
     (What::Create, 10, false),
@@ -86,8 +86,8 @@ pub struct Operation {
     pub c: usize,
 }
 
-/// Returns the operations of a seed. Each seed omits some kinds and does others more often: faults that are hidden when everything
-/// happens show when little does.
+/// Returns the operations of a seed. Each seed omits some kinds and executes others more often: faults that stay hidden when everything
+/// happens show up when little does.
 pub fn random(numbers: &Numbers) -> Vec<Operation> {
     let mut draw = numbers.split("operations");
     let weights: Vec<usize> = (KINDS.iter())

@@ -7,7 +7,7 @@ use crate::broken::BrokenInvariant;
 pub struct Failure {
     pub seed: u64,
     pub broken: BrokenInvariant,
-    /// Operations that were executed, by their index in the seed's list.
+    /// Indices of the executed operations in the seed's list.
     pub kept: Vec<usize>,
     pub story: Vec<String>,
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A small plant: a physical device that logs all its outputs.
 //!
-//! Its parts `p0`, `p1`, … have an `actuator` with safe value -10, -11, … and a `sensor` (the value last written there); `gate` is an
-//! input for an emergency stop. A world acts on it through its [`Ledger`].
+//! Its parts `p0`, `p1`, … have an `actuator` with safe value -10, -11, … and a `sensor` (the value most recently written to the
+//! actuator); `gate` is an input for an emergency stop. A world acts on it through its [`Ledger`].
 use device::{Channel, Declaration, DeviceError, Driver, DriverError, GivenOptions, Kind, Layout, OpenedDriver, OptionWord, Type};
 use serde_json::json;
 use std::cell::RefCell;
@@ -22,32 +22,32 @@ pub fn safe(index: usize) -> f64 {
     -10.0 - index as f64
 }
 
-/// Outputs written at one time: (value, whether the channel is claimed) for each.
+/// Outputs written at one time, each as (value, whether the channel is claimed).
 #[derive(Clone, Debug)]
 pub struct Write {
     pub time_ns: i64,
     pub outputs: Vec<(f64, bool)>,
 }
 
-/// History and pending behaviour of the plant.
+/// History and pending faults of the plant.
 #[derive(Default)]
 pub struct Ledger {
     pub writes: Vec<Write>,
-    /// Present outputs.
+    /// Current outputs.
     pub outputs: Vec<f64>,
     /// True if every read fails.
     pub fails: bool,
     /// Reading of the gate.
     pub gate: f64,
-    /// True if the process of its driver stands still or has exited, so that its writes do not arrive.
+    /// True if the process of its driver is suspended or has exited, so that writes do not arrive.
     pub is_cut: bool,
-    /// Number of times that it was opened, and closed.
+    /// Number of times the plant was opened, and number of times it was closed.
     pub opened: usize,
     pub closed: usize,
 }
 
 impl Ledger {
-    /// Sets safe outputs, as a guard does with its safe handles, or a driver with its own.
+    /// Sets the outputs to their safe values, as a guard does with its safe handles, or a driver with its own.
     pub fn make_safe(&mut self) {
         self.outputs.iter_mut().enumerate().for_each(|(index, output)| *output = safe(index));
     }
@@ -60,11 +60,11 @@ impl Ledger {
 pub type SharedLedger = Arc<Mutex<Ledger>>;
 
 thread_local! {
-    /// Ledgers by the name of their plant: a world runs in one thread.
+    /// Ledgers by plant name; a world runs in one thread.
     static LEDGERS: RefCell<HashMap<String, SharedLedger>> = RefCell::default();
 }
 
-/// Creates a ledger for the plant of this name that this thread opens.
+/// Creates the ledger for the plant with this name that this thread opens.
 pub fn ledger(name: &str) -> SharedLedger {
     device::register(&DRIVER).expect("nobody else has its name");
     let ledger = SharedLedger::default();

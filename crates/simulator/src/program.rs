@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A random program: processors and sources, a plant, SVVs and devices, and verbs over the blocks of this crate.
+//! A random program: processors and sources, a plant, SVVs and devices, and verbs composed of the blocks of this crate.
 //!
-//! Everything is drawn so that most of it is accepted; a refusal rejects a definition as a whole, and the world continues.
+//! The draws are chosen so that most definitions are accepted; a refusal rejects a definition as a whole, and the world continues.
 mod making;
 
 use crate::blocks::MANY;
@@ -11,11 +11,11 @@ use serde_json::{Map, Value as Json, json};
 
 pub const MS: i64 = 1_000_000;
 
-/// Number of unowned pairs of SVVs: `s0.a`, `s0.b`, …
+/// Number of pairs of SVVs that have no owner: `s0.a`, `s0.b`, …
 pub const PAIRS: usize = 3;
 /// Number of arrays.
 pub const ARRAYS: usize = 2;
-/// Logical devices without a verb that define how a second writer is treated, each with a pair.
+/// Logical devices without a verb that define the treatment of a second writer, each with a pair.
 pub const ARBITRATED: [&str; 2] = ["queue", "abort"];
 /// Logical device with a servo, and its pair.
 pub const JOINT: &str = "joint";
@@ -26,7 +26,7 @@ pub const HISTORY: usize = 8;
 #[derive(Clone, Debug)]
 pub struct Source {
     pub processor: String,
-    /// Name with the processor: `rtp0.t0`.
+    /// Name including the name of the processor: `rtp0.t0`.
     pub name: String,
     /// Period of a timer; `None` for a software source.
     pub period_ns: Option<i64>,
@@ -34,18 +34,18 @@ pub struct Source {
     pub cost_ns: i64,
 }
 
-/// Kind of a parameter's binding, which determines its claims.
+/// Kind of binding of a parameter, which determines the claims.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A written pair: parameters `<name>.a` and `<name>.b`.
     Pair,
-    /// A pair that is read.
+    /// A read pair.
     Reads,
     /// A written array.
     Array,
-    /// A write channel of the plant.
+    /// A written channel of the plant.
     Channel,
-    /// The joint, as an object.
+    /// The joint, passed as an object.
     Object,
 }
 
@@ -62,13 +62,13 @@ pub struct Verb {
     pub parameters: Vec<Parameter>,
     /// Sources on which each block can run: label → source.
     pub placement: Vec<(String, usize)>,
-    /// True if it has a block of the module that crashes.
+    /// True if the verb uses a block of module `crashing`.
     pub crashes: bool,
     /// ψ values of a start in addition to the tag: name → maximum value.
     pub inputs: Vec<(&'static str, u64)>,
 }
 
-/// Carrier of connections.
+/// Transport of connections.
 #[derive(Clone, Copy, Debug)]
 pub enum Carrier {
     Memory,
@@ -81,10 +81,10 @@ pub struct Program {
     pub sources: Vec<Source>,
     pub clock_seed: u64,
     pub carrier: Carrier,
-    /// Source that serves the plant, and number of the plant's outputs; the last one belongs to the joint.
+    /// Source that serves the plant, and number of outputs of the plant; the last output belongs to the joint.
     pub plant: (usize, usize),
     pub verbs: Vec<Verb>,
-    /// Number of verbs that are defined at the beginning.
+    /// Number of verbs defined at the beginning.
     pub begins_with: usize,
 }
 
@@ -108,7 +108,7 @@ impl Program {
         self.sources.iter().map(|source| source.cost_ns).max().unwrap_or(0)
     }
 
-    /// Returns every pair of SVVs that verbs write.
+    /// Returns all pairs of SVVs that verbs write.
     pub fn pairs() -> Vec<String> {
         let own = (0..PAIRS).map(|i| format!("s{i}"));
         own.chain(ARBITRATED.iter().map(|device| (*device).to_owned())).chain([JOINT.to_owned()]).collect()
@@ -157,7 +157,7 @@ fn is_array(of: &str) -> bool {
     matches!(of, "sim.many" | "crashing.torn")
 }
 
-/// Returns the requested SVVs: name and request.
+/// Returns the SVVs to create, each as its name and request.
 pub fn svvs() -> Vec<(String, Json)> {
     let mut svvs = Vec::new();
     for index in 0..PAIRS {

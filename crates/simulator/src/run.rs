@@ -20,7 +20,7 @@ thread_local! {
     static PANIC: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
-/// Stores panics instead of printing them: blocks panic on purpose.
+/// Stores panics instead of printing them, because blocks panic on purpose.
 fn keep_panics() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -34,7 +34,7 @@ fn keep_panics() {
     });
 }
 
-/// Runs a seed, or only its operations in `kept`.
+/// Runs a seed, or only those of its operations that are in `kept`.
 pub fn run(seed: u64, kept: Option<&[usize]>) -> Outcome {
     keep_panics();
     crate::blocks::wrong();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A seed with a separate generator for each concern: draws for one do not affect the others.
+//! A seed with a separate generator for each concern, so that draws for one concern do not affect the others.
 
 /// SplitMix64 (Steele, Lea, Flood 2014).
 #[derive(Clone, Debug)]
@@ -26,12 +26,12 @@ impl Numbers {
         z ^ (z >> 31)
     }
 
-    /// Returns a number from 0 to `bound` - 1; 0 for a bound of 0.
+    /// Returns a number from 0 to `bound` - 1; 0 if `bound` is 0.
     pub fn below(&mut self, bound: usize) -> usize {
         (self.number() % bound.max(1) as u64) as usize
     }
 
-    /// Returns a number from `least` to `most`, both included.
+    /// Returns a number from `least` to `most`, inclusive.
     pub fn within(&mut self, least: i64, most: i64) -> i64 {
         least + self.below((most - least + 1) as usize) as i64
     }
@@ -45,7 +45,7 @@ impl Numbers {
         &of[self.below(of.len())]
     }
 
-    /// Returns an index with a probability proportional to its weight.
+    /// Returns an index; the probability of each is proportional to its weight.
     pub fn weighted(&mut self, weights: &[usize]) -> usize {
         let mut at = self.below(weights.iter().sum());
         weights

@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reduces operations by delta debugging (Zeller, Hildebrandt 2002) over the list of a seed, for as long as the same invariant is
-//! violated.
+//! Reduces the operations of a failing seed by delta debugging (Zeller, Hildebrandt 2002), as long as the same invariant is violated.
 use crate::outcome::Failure;
 use crate::run::run;
 
-/// Maximum number of runs while shrinking.
+/// Maximum number of runs during shrinking.
 const RUNS: usize = 2_000;
 
 /// Returns the smallest failure found.

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Watchers of processes, by the rules of [`guard::watch`], under the virtual clock: the process that drives the plant, its guard, and
-//! the supervisor's watcher. Each can be killed or stopped; the plant's outputs must be safe soon afterwards, as long as one watcher is
-//! left.
+//! Watchers of processes, following the rules of [`guard::watch`], under the virtual clock: the process that drives the plant, its guard,
+//! and the supervisor's watcher. Each can be killed or suspended; the plant's outputs must be safe soon afterwards, as long as one
+//! watcher remains.
 //!
-//! The process is observed from the plant: while it is stopped or has exited, its writes do not arrive, and its heart does not beat.
+//! The process is observed from the plant: while it is suspended or has exited, its writes do not arrive and it sends no heartbeats.
 use crate::broken::{BrokenInvariant, broken};
 use crate::plant::{SharedLedger, locked};
 use crate::program::MS;
@@ -12,22 +12,22 @@ use std::time::Duration;
 
 /// Period of heartbeats and of checks.
 const BEAT_NS: i64 = 20 * MS;
-/// Time limit after which the heart of an unwatched processor gives up.
+/// Time after which the heartbeat of an unwatched processor stops.
 const PATIENCE: Duration = Duration::from_millis(2_000);
-/// Bounds by which the supervisor watches the guard.
+/// Limits that the supervisor applies when it watches the guard.
 const OF_GUARD: Bounds = Bounds { silent_ns: 1_000 * MS, stopped_ns: 100 * MS };
-/// Time within which the outputs of a process that has exited or is stopped are safe, counted while a watcher runs: a stopped guard is
-/// detected first (silent: 1 s), then its successor detects the process (silent: 0.5 s), and then the process is ended (0.1 s).
+/// Time limit for the outputs to become safe after a process has exited or was suspended, counted while a watcher is running: a suspended
+/// guard is detected first (silent: 1 s), then its successor detects the process (silent: 0.5 s), and then the process is killed (0.1 s).
 const SAFE_NS: i64 = 1_000 * MS + 500 * MS + 100 * MS + 6 * BEAT_NS;
 
-/// A process: whether it runs, and its heart.
+/// A process: whether it is running, and its heartbeat.
 #[derive(Clone, Debug, Default)]
 struct Process {
     beats: u64,
-    /// Time until which it stands still; `is_stopped` is true if the operating system reports so.
+    /// Time until which the process is suspended; `is_stopped` is true if the operating system reports this.
     still_until_ns: i64,
     is_stopped: bool,
-    /// Time from which on it has exited.
+    /// Time at which the process exited, or will exit.
     ends_ns: Option<i64>,
 }
 
@@ -41,7 +41,7 @@ impl Process {
     }
 }
 
-/// The process that drives the plant, as seen by a watch.
+/// The process that drives the plant, as a watcher sees it.
 struct Driving<'a> {
     process: &'a mut Process,
     plant: &'a SharedLedger,
@@ -86,9 +86,9 @@ pub struct Watching {
     heart: Watchers,
     serves: bool,
     next_ns: i64,
-    /// Time for which the outputs have been unsafe while the process was away and a watcher ran.
+    /// Time for which the outputs have been unsafe while the process was suspended or had exited and a watcher was running.
     unsafe_ns: i64,
-    /// Time at which the process was last away; for a short time after it the process may be misjudged.
+    /// Time at which the process last stopped being suspended or absent; for a short time afterwards, a watcher may still misjudge it.
     healthy_since_ns: i64,
 }
 
@@ -114,8 +114,8 @@ impl Watching {
         }
     }
 
-    /// Kills `who` (0: the process, 1: its guard), or lets it (2: the supervisor too) stand still for a time, either reported by the
-    /// operating system or not.
+    /// Kills `who` (0: the process, 1: its guard), or suspends it for a time (also 2: the supervisor). The operating system reports the
+    /// suspension only if `is_stopped` is true.
     pub fn hit(&mut self, who: usize, still_ns: Option<i64>, is_stopped: bool, now_ns: i64) -> String {
         let who = who % 3;
         let (process, name) = match who {
@@ -135,12 +135,12 @@ impl Watching {
         }
     }
 
-    /// Returns true if the process that drives the plant runs.
+    /// Returns true if the process that drives the plant is running.
     pub fn is_driven(&self, now_ns: i64) -> bool {
         self.driving.runs(now_ns)
     }
 
-    /// Performs all checks up to now.
+    /// Performs all checks that are due by now.
     pub fn look(&mut self, plant: &SharedLedger, now_ns: i64) -> Result<(), BrokenInvariant> {
         locked(plant).is_cut = !self.driving.runs(now_ns);
         while self.next_ns <= now_ns {
@@ -206,7 +206,7 @@ impl Watching {
         Ok(())
     }
 
-    /// Restores the process and everything that was killed, as an operator does; the hearts restart.
+    /// Restores the process and everything that was killed, as an operator would; the heartbeats restart.
     pub fn mend(&mut self, plant: &SharedLedger, now_ns: i64) {
         *self = Watching::new();
         self.next_ns = (now_ns / BEAT_NS + 1) * BEAT_NS;

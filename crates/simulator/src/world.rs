@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A system under the virtual clock with a program, callers and a plant, and the state expected of it.
+//! A system under the virtual clock, with a program, callers and a plant, and its expected state.
 mod instances;
 
 use crate::broken::{BrokenInvariant, broken, text};
@@ -20,10 +20,10 @@ use supervisor::System;
 
 /// Maximum number of simultaneous instances.
 const INSTANCES: usize = 8;
-/// Time limit that nothing under the virtual clock reaches.
+/// Time limit that is never reached under the virtual clock.
 const LONG: Duration = Duration::from_secs(20);
 
-/// A wait that a caller has begun.
+/// Wait that a caller has started.
 pub(crate) struct Pending {
     call: &'static str,
     arguments: Json,
@@ -37,7 +37,7 @@ pub struct World {
     pub draw: Numbers,
     pub watching: Watching,
     pub(crate) message: Option<Message>,
-    /// Number of verbs that were tried, and the verbs that are defined.
+    /// Number of verbs that were tried; the verbs that are defined.
     tried: usize,
     defined: Vec<usize>,
     pub(crate) pending: [Option<Pending>; CALLERS],
@@ -46,17 +46,17 @@ pub struct World {
     /// Positions up to which the log and the end reports have been read.
     pub log_read: u64,
     pub ends_read: u64,
-    /// Time until which each source stands still.
+    /// Time until which each source is stalled.
     pub stalled_ns: Vec<i64>,
-    /// Time since which each output has not been claimed.
+    /// Time since which each output has been unclaimed.
     pub free_since: Vec<Option<i64>>,
     /// Clock of the processes that watch each other.
     pub(crate) hearts_ns: i64,
-    /// Number of the system's allocations during calls.
+    /// Number of allocations by the system during calls.
     pub work: u64,
-    /// Description of its creation.
+    /// Description of the world's creation.
     pub story: Vec<String>,
-    /// Numbers of accepted and of refused calls.
+    /// Number of accepted calls and number of refused calls.
     pub counts: (usize, usize),
 }
 
@@ -142,7 +142,7 @@ impl World {
         api::call(&self.system, name, &arguments.to_string())
     }
 
-    /// Makes a call and returns its result with a description; counts refusals.
+    /// Makes a call; returns a description of it and its result. Counts refusals.
     pub fn told(&mut self, name: &str, arguments: Json) -> (String, Result<Json, Refusals>) {
         let arguments = arguments.to_string();
         let (system, work) = (&self.system, &mut self.work);
@@ -171,7 +171,7 @@ impl World {
         format!("define '{name}': {answer}")
     }
 
-    /// Returns the existing instances by name.
+    /// Returns the names of the existing instances.
     pub fn made(&self) -> Vec<String> {
         self.lives.of.iter().filter(|(_, life)| life.id != 0 && !life.is_deleted).map(|(name, _)| name.clone()).collect()
     }
@@ -182,7 +182,7 @@ impl World {
         Some((name.clone(), self.lives.of[name].id))
     }
 
-    /// Reads the new entries of the log.
+    /// Reads the new log entries.
     pub fn catch_up(&mut self) -> Result<(), BrokenInvariant> {
         let entries = self.system.log_since(self.log_read);
         if let Some(last) = entries.last().filter(|_| entries[0].sequence > self.log_read) {
@@ -199,7 +199,7 @@ impl World {
         Ok(())
     }
 
-    /// Waits for at most `ms` of the system's clock until the instance has ended.
+    /// Waits at most `ms` of the system's clock for the instance to end; returns true if it has ended.
     pub fn has_ended_within(&self, id: u64, ms: i64) -> Result<bool, Refusals> {
         let until_ns = self.system.now_ns() + ms * MS;
         Ok(matches!(self.system.wait(id, Some(until_ns), LONG)?, supervisor::WaitResult::Done(_)))

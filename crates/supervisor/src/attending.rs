@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Attending: a caller handles the notifications of the kernels itself while the supervisor's thread sleeps. Two threads that wake one
-//! after the other and contend for the same lock would cost more than their work. The supervisor's thread is woken if something arrived
-//! after the caller's last check, if something became due earlier than that thread expects, and by a source that the caller has not
-//! checked for a millisecond.
+//! Attending: a caller handles kernel notifications itself while the supervisor's thread sleeps. Two threads that wake one after the
+//! other and contend for the same lock would cost more than their work. The supervisor's thread is woken if a notification arrived after
+//! the caller's last check, if something became due earlier than that thread expects, and by a source that the caller has not checked for
+//! a millisecond.
 use crate::core::Core;
 use crate::stopping::lost_processors::next_answer;
 use runtime::Host;
 use std::sync::Arc;
 
-/// Guard that lets the supervisor's thread sleep as long as it lives.
+/// Guard that lets the supervisor's thread sleep as long as it is held.
 pub(crate) struct Attending {
     host: Arc<Host>,
     /// Number of rings at the last check.
@@ -26,7 +26,7 @@ impl Attending {
         Attending { host, seen, due, is_settled: false }
     }
 
-    /// Stops attending. `core`: state in which every notification up to ring `seen` has been handled.
+    /// Stops attending. `core` is the state in which every notification up to ring `seen` has been handled.
     pub fn end(mut self, core: &Core, seen: u32) {
         self.seen = seen;
         self.is_settled = due(core).iter().zip(self.due).all(|(now, then)| now.is_none_or(|now| then.is_some_and(|then| then <= now)));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The system's clock.
+//! Clock of the system.
 use crate::refuse::refuse;
 use crate::svvs::values::{Reading, store_value};
 use crate::system::System;
@@ -12,7 +12,7 @@ impl System {
         self.shared.host.now_ns()
     }
 
-    /// Runs the firings in (now, now + duration] under the virtual clock. Fails for a negative duration.
+    /// Runs the firings in (now, now + duration] under the virtual clock. Fails if the duration is negative.
     pub fn advance(&self, duration_ns: i64) -> Result<(), Refusals> {
         self.require_virtual("advance")?;
         if duration_ns < 0 {
@@ -34,7 +34,7 @@ impl System {
     }
 
     /// Performs a step of an episode under the virtual clock: stores numbers in SVVs, runs the firings of the next `duration_ns`, and
-    /// reads. The numbers for an array are its elements. Values are checked as in [`System::write`] but not logged.
+    /// reads SVVs. For an array, the numbers are its elements. Values are checked as in [`System::write`] but not logged.
     pub fn turn(&self, stores: &[(String, Vec<f64>)], duration_ns: i64, reads: &[String]) -> Result<Vec<Reading>, Refusals> {
         self.require_virtual("turn")?;
         self.shared.command(|core| {

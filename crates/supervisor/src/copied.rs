@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Copy on write: values that are changed under a lock and read without it. A reader keeps its snapshot; a change copies the value only
-//! while there is a reader.
+//! if there is a reader.
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
-/// State that supports snapshots, with its number of changes.
+/// State that supports snapshots, with a change counter.
 #[derive(Default)]
 pub(crate) struct CopiedState<T>(Arc<T>, u64);
 
 impl<T> CopiedState<T> {
-    /// Returns a snapshot that later changes do not affect.
+    /// Returns a snapshot, which later changes do not affect.
     pub fn as_it_is(&self) -> Arc<T> {
         self.0.clone()
     }
 
-    /// Returns the number of changes: the same number means the same content, except for changes made by [`CopiedState::aside`].
+    /// Returns the change counter. The same number means the same content, except for changes made through [`CopiedState::aside`].
     pub fn changes(&self) -> u64 {
         self.1
     }
 }
 
 impl<T: Clone> CopiedState<T> {
-    /// Returns the state for a change that is not counted: of entries that come and go with each verb instance and are compared
-    /// separately.
+    /// Returns the state for a change that is not counted, that is, a change to entries that are added and removed with each verb
+    /// instance and are compared separately.
     pub fn aside(&mut self) -> &mut T {
         Arc::make_mut(&mut self.0)
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! State that the supervisor keeps of a running system, under one lock, divided by subject into parts that own their fields.
+//! State that the supervisor keeps of a running system, under one lock, divided into parts by subject; each part owns its fields.
 use crate::instances::table::Instances;
 use crate::movements::carrier::Carrier;
 use crate::numbers::Numbers;
@@ -42,7 +42,7 @@ impl Core {
         }
     }
 
-    /// Returns the carrier of movements.
+    /// Returns the carrier for movements.
     pub fn carrier(&mut self) -> Carrier<'_> {
         Carrier {
             host: &self.host,
@@ -64,8 +64,8 @@ impl Core {
         (&mut self.observation.taps, seen)
     }
 
-    /// Replaces the rings of the sources in which an observed item was added, removed, or got another writer. Returns the sources whose
-    /// tables change.
+    /// Replaces the rings of the sources in which an observed item was added, removed, or assigned another writer. Returns the sources
+    /// whose tables change.
     pub fn renew_taps(&mut self) -> Vec<SourceId> {
         let (taps, seen) = self.taps();
         taps.renew(&seen)

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The supervisor: verb instances, command lists, transitions, ends. It executes plans and communicates with the programming system.
 //!
-//! A call of the PS takes the [`System`]'s lock, plans or commands, and sends scripts to the kernels; their notifications are handled by
-//! the supervisor's thread (under the virtual clock: by the thread that advances time). Nothing here is on a real-time path: a transition
-//! within one source is a reaction, prepared here when the instance is created and executed by its kernel.
+//! A call from the PS takes the [`System`]'s lock, plans or commands, and sends scripts to the kernels; their notifications are handled
+//! by the supervisor's thread (under the virtual clock: by the thread that advances time). Nothing here is on a real-time path: a
+//! transition within one source is a reaction, prepared here when the instance is created and executed by its kernel.
 //!
-//! Each subject has a folder with its state and its operations: `instances`, `starting`, `claims`, `transitions`, `movements`, `ending`,
+//! Each subject has a folder with its state and operations: `instances`, `starting`, `claims`, `transitions`, `movements`, `ending`,
 //! `suspension`; `devices`, `processors`, `definitions`, `svvs`, `wiring`; `alarms`, `stopping`, `pausing`, `handover`; `observation`.
-//! `core` combines their state under one lock, `system` has the calls of the programming system; files whose names end with `_calls` have
-//! its calls on their subject.
+//! `core` combines their state under one lock, and `system` contains the calls of the programming system; files whose names end in
+//! `_calls` contain its calls on their subject.
 mod alarms;
 mod attending;
 mod claims;

@@ -15,14 +15,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-/// Returns the identifier of a run: its start on the wall clock, and its process.
+/// Returns the identifier of a run: its start time on the wall clock, and its process.
 fn run() -> String {
     let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
     format!("{:x}-{:x}", since.as_nanos(), std::process::id())
 }
 
 impl System {
-    /// Creates a system. `interconnect`: carrier of the connections between sources.
+    /// Creates a system. `carrier` provides the connections between sources.
     pub fn new(name: &str, clock: ClockKind, carrier: Box<dyn interconnect::Carrier>) -> Result<System, Refusals> {
         let host = Arc::new(Host::new(clock, carrier));
         // SAFETY: eventfd has no preconditions; the result is checked below.
@@ -103,8 +103,8 @@ impl Drop for System {
     }
 }
 
-/// Time limit of the command lists that follow a halt at closing, ns of the system's clock.
+/// Time limit for the command lists that follow a halt when the system is closed, ns of the system's clock.
 const WIND_DOWN_NS: i64 = 2_000_000_000;
 
-/// Time limit of an orderly close, after which the kernels are stopped anyway.
+/// Time limit for an orderly close, after which the kernels are stopped regardless.
 const CLOSE_MAX: Duration = Duration::from_secs(5);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Name patterns with `*` and `?`.
 
-/// Returns true if `name` matches the pattern: `*` matches any characters, `?` matches one.
+/// Returns true if `name` matches the pattern, in which `*` matches any characters and `?` matches a single one.
 pub(crate) fn matches(pattern: &str, name: &str) -> bool {
     let (pattern, name): (Vec<char>, Vec<char>) = (pattern.chars().collect(), name.chars().collect());
     let (mut at, mut from) = (0, 0);
@@ -28,7 +28,7 @@ pub(crate) fn matches(pattern: &str, name: &str) -> bool {
     pattern[at..].iter().all(|letter| *letter == '*')
 }
 
-/// Returns true if the pattern can match several names.
+/// Returns true if the pattern can match more than one name.
 pub(crate) fn is_open(pattern: &str) -> bool {
     pattern.contains(['*', '?'])
 }

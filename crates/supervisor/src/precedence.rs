@@ -7,7 +7,7 @@
 //! | every other | its turn and the core | its turn, then the same |
 //!
 //! Only one thread without precedence has the turn at a time, so at most one of them waits for the core itself, and the holder of `next`
-//! acquires it next. A plain mutex would go to the thread that arrives at the right instant, typically one that reads in a loop.
+//! acquires it next. A plain mutex would go to the thread that arrives at the right moment, typically one that reads in a loop.
 use std::cell::Cell;
 use std::ops::{Deref, DerefMut};
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
@@ -19,7 +19,7 @@ thread_local! {
     static STOPS: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs an action that stops something with precedence over all others.
+/// Executes `act`, which stops something, with precedence over all others.
 pub fn first<T>(act: impl FnOnce() -> T) -> T {
     struct Before(bool);
     impl Drop for Before {
@@ -38,7 +38,7 @@ pub(crate) struct Precedence<T> {
     turn: Mutex<()>,
 }
 
-/// The locked core. It is released before the turn.
+/// The locked core. The lock is released before the turn.
 pub(crate) struct LockedCore<'a, T> {
     core: MutexGuard<'a, T>,
     _turn: Option<MutexGuard<'a, ()>>,
@@ -82,11 +82,11 @@ impl<T> DerefMut for LockedCore<'_, T> {
     }
 }
 
-/// Change counter that threads wait for, protected by the lock of the core. A waiting thread does not hold the core.
+/// Change counter for which threads can wait, protected by the lock of the core. A waiting thread does not hold the core.
 #[derive(Default)]
 pub(crate) struct Changes {
     count: AtomicU64,
-    /// Number of waiting threads; if it is 0, `tell` saves the system call.
+    /// Number of waiting threads; if it is 0, `tell` need not make the system call.
     waiting: AtomicUsize,
     asleep: Mutex<()>,
     told: Condvar,
@@ -107,7 +107,7 @@ impl Changes {
         }
     }
 
-    /// Releases the core and waits for a change, at most `timeout`.
+    /// Releases the core and waits for a change, for at most `timeout`.
     pub fn wait<T>(&self, core: LockedCore<'_, T>, timeout: Duration) {
         let seen = self.count.load(Ordering::Acquire);
         self.waiting.fetch_add(1, Ordering::AcqRel);

@@ -2,17 +2,17 @@
 //! Refusals that depend on a running system: states, claims, names of existing items.
 use model::refusal::{Class, Refusal, Refusals, SourceLocation};
 
-/// Makes a single refusal with a remedy.
+/// Creates a single refusal with a remedy.
 pub(crate) fn refuse(class: Class, message: impl Into<String>, remedy: impl Into<String>) -> Refusals {
     refuse_at(class, message, remedy, None)
 }
 
-/// Makes a single refusal with a remedy and the location of the definition.
+/// Creates a single refusal with a remedy and the location of the definition.
 pub(crate) fn refuse_at(class: Class, message: impl Into<String>, remedy: impl Into<String>, place: Option<SourceLocation>) -> Refusals {
     vec![Refusal::new(class, message).remedy(remedy).at(&place)]
 }
 
-/// Refuses an unknown name, and suggests the one that was probably meant, or lists the existing ones.
+/// Refuses an unknown name, and suggests the one that was probably intended, or lists the existing ones.
 pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> Refusals {
     let known: Vec<&str> = known.collect();
     let remedy = match model::hints::nearest(name, known.iter().copied()) {
@@ -23,7 +23,7 @@ pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'
     refuse(Class::UnknownName, format!("there is no {what} '{name}'"), remedy)
 }
 
-/// Refuses a call that the state does not allow.
+/// Refuses a call that the state does not permit.
 pub(crate) fn invalid_state(what: &str, state: &str, call: &str, remedy: &str) -> Refusals {
     vec![Refusal::new(Class::InvalidState, format!("cannot {call} {what}: it is {state}")).end(what, &None).remedy(remedy)]
 }

@@ -18,16 +18,16 @@ pub(crate) struct Registry {
     /// Specification of each source, by number.
     pub specs: Vec<SourceSpec>,
     pub svvs: IndexMap<String, SvvRecord>,
-    /// Number of SVVs created so far; each keeps its number for the life of the system.
+    /// Number of SVVs created so far. Each SVV keeps its number for the lifetime of the system.
     pub svvs_made: u32,
     pub physical: IndexMap<String, PhysicalRecord>,
     pub logical: IndexMap<String, LogicalRecord>,
-    /// Instance that has each claim and may write.
+    /// Instance that holds each claim and may therefore write.
     pub claims: HashMap<Claim, u64>,
 }
 
 impl Registry {
-    /// Returns `rtp.name` of a source.
+    /// Returns the name of a source, as `rtp.name`.
     pub fn source_name(&self, source: SourceId) -> &str {
         self.sources.iter().find(|(_, id)| **id == source).map_or("?", |(name, _)| name)
     }
@@ -64,7 +64,7 @@ impl Registry {
         enabling.map(|device| device.state = DeviceState::Enabled).is_some()
     }
 
-    /// Records the end of a device's own verb; returns true if the end was commanded.
+    /// Records that a device's own verb has ended; returns true if the end was commanded.
     pub fn servo_ended(&mut self, device: &str) -> bool {
         let Some(record) = self.logical.get_mut(device) else { return true };
         let asked = record.state == DeviceState::Stopping;
@@ -75,16 +75,16 @@ impl Registry {
 
 /// A logical device at run time.
 pub(crate) struct LogicalRecord {
-    /// Instance of the device's own verb, if its type has one.
+    /// Instance of the device's own verb, if its type has a verb.
     pub instance: Option<u64>,
     pub state: DeviceState,
-    /// Pairs (SVV that is set, SVV that it is copied from) for enabling.
+    /// Pairs of SVVs for enabling: (SVV that is set, SVV from which it is copied).
     pub copies: Vec<(String, String)>,
-    /// Maximum time that may be lost at once during motion, s: parameter `max_gap` of the device.
+    /// Maximum single loss of time during motion, s: parameter `max_gap` of the device.
     pub gap_max_s: Option<f64>,
 }
 
-/// State of a logical device's own verb; motion is determined from the verbs that use the device.
+/// State of a logical device's own verb. Whether the device is moving is determined from the verbs that use it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum DeviceState {
     Disabled,
@@ -105,8 +105,8 @@ pub(crate) struct PhysicalRecord {
     pub driver: (String, serde_json::Value),
     /// Services and counters of a driver in this process.
     pub beside: Beside,
-    /// Description by its driver.
+    /// Driver's description of the device.
     pub about: serde_json::Value,
-    /// Text still to be logged at the next enabling: that nothing makes the device safe if its process exits.
+    /// Text to be logged the next time it is enabled, stating that the device is not made safe if its process exits.
     pub unguarded_news: Option<String>,
 }

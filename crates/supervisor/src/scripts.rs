@@ -4,19 +4,19 @@ use std::collections::HashMap;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Consequence of the acknowledgement of a script.
+/// Ticket under which a caller waits for the answer to a script.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Ticket(pub u64);
 
 /// Owner of a submitted script.
 pub(crate) enum Purpose {
-    /// Script of this instance's sequence; the epoch identifies sequences that were abandoned.
+    /// Script in the sequence of this instance; the epoch identifies sequences that were abandoned.
     Sequence { instance: u64, epoch: u64 },
-    /// Snapshot that the caller awaits under this ticket.
+    /// Snapshot for which the caller waits under this ticket.
     Read { ticket: Ticket },
-    /// Script of which the caller awaits only the acknowledgement.
+    /// Script for which the caller waits only until it is acknowledged.
     Carried { done: Arc<AtomicBool> },
-    /// The acknowledgement has no effect.
+    /// Script whose acknowledgement has no effect.
     Nothing,
 }
 
@@ -29,7 +29,7 @@ impl Scripts {
         self.0.insert(script, purpose);
     }
 
-    /// Removes the acknowledged script and returns its purpose.
+    /// Removes an acknowledged script and returns its purpose.
     pub fn acknowledged(&mut self, script: u64) -> Purpose {
         self.0.remove(&script).unwrap_or(Purpose::Nothing)
     }

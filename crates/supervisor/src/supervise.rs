@@ -46,7 +46,7 @@ fn serve(shared: &SystemState) {
 }
 
 impl SystemState {
-    /// Moves the supervisor's thread to its core and priority, if these have changed.
+    /// Applies the core and priority of the supervisor's thread, if these have changed.
     fn take_post(&self) {
         let mut post = self.post.lock().expect("nobody panics with the lock held");
         if let (false, Some((priority, core))) = (post.taken, post.wanted) {

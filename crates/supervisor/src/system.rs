@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A real-time system, with the calls of a programming system. Every call either takes full effect or refuses and changes nothing;
-//! waiting calls can be abandoned at any time.
+//! A real-time system, with the calls of a programming system. Every call either takes full effect or refuses and changes nothing; calls
+//! that wait can be abandoned at any time.
 use crate::core::Core;
 use crate::definitions::system_definitions::Definitions;
 use crate::devices::errands::Errands;
@@ -31,13 +31,13 @@ pub(crate) struct SystemState {
     pub is_virtual: bool,
     pub definitions: Mutex<Definitions>,
     pub core: Precedence<Core>,
-    /// Notified after every change that a thread may wait for.
+    /// Signals every change for which a thread may be waiting.
     pub changes: Changes,
-    /// Flag that every device of the host obeys: an emergency stop sets it before waiting for anything.
+    /// Flag that all devices of the host obey: an emergency stop sets it before waiting for anything.
     pub stop: Arc<AtomicBool>,
     pub closing: AtomicBool,
     pub closed: AtomicBool,
-    /// Core and priority of the supervisor's thread: those of its processor, above the processor's sources.
+    /// Core and priority of the supervisor's thread: the core of its processor, and a priority above that of the processor's sources.
     pub post: Mutex<Post>,
     /// Provider of remote processors.
     pub places: OnceLock<Arc<dyn rtp::Places>>,
@@ -46,11 +46,11 @@ pub(crate) struct SystemState {
     pub errands: Mutex<Errands>,
     /// Guard of this process.
     pub guarded: ProcessGuard,
-    /// Descriptor that is readable after an end, for event loops.
+    /// Descriptor that becomes readable after an end, for event loops.
     pub ended_fd: OwnedFd,
 }
 
-/// Configured core and priority of the supervisor's thread, and the rights that it did not get.
+/// Configured core and priority of the supervisor's thread, and the privileges that it was not granted.
 #[derive(Default)]
 pub(crate) struct Post {
     pub wanted: Option<(u8, Option<usize>)>,
@@ -62,7 +62,7 @@ pub(crate) struct Post {
 pub enum WaitResult<T> {
     Done(T),
     TimedOut,
-    /// The time slice has expired: the caller may check signals or show progress, and continue waiting.
+    /// The time slice has expired: the caller may check for signals or show progress, and continue waiting.
     Slice,
 }
 
@@ -75,7 +75,7 @@ impl System {
         &self.name
     }
 
-    /// Returns the identifier of this run of the system; any later run, even under the same name, has another.
+    /// Returns the identifier of this run of the system; any later run has a different one, even under the same name.
     pub fn run(&self) -> &str {
         &self.shared.run
     }
@@ -100,7 +100,7 @@ impl SystemState {
         self.core.lock()
     }
 
-    /// Passes a command to the supervisor, and handles answers that the kernels gave at once.
+    /// Passes a command to the supervisor, and handles the kernels' immediate answers.
     pub fn command<T>(&self, command: impl FnOnce(&mut Core) -> Result<T, Refusals>) -> Result<T, Refusals> {
         let mut core = self.locked();
         if self.closed.load(Ordering::Acquire) {

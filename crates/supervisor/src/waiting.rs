@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Waits of calls, for answers of kernels and for deadlines. Under the virtual clock a wait advances time.
+//! Waits of calls, for answers of kernels and for deadlines. Under the virtual clock, a wait advances time.
 use crate::attending::Attending;
 use crate::core::Core;
 use crate::refuse::refuse;
@@ -21,8 +21,8 @@ impl SystemState {
         self.wait_watchfully(Watchful::At, None, until_ns, slice, found)
     }
 
-    /// Waits as [`SystemState::wait_for`] does. `watchful`: when to poll rather than sleep; `attending`: polls in the supervisor's place
-    /// until it sleeps.
+    /// Waits as [`SystemState::wait_for`] does. `watchful` determines when to poll rather than sleep; `attending` polls in place of the
+    /// supervisor until it sleeps.
     pub fn wait_watchfully<T>(
         &self,
         watchful: Watchful,
@@ -111,8 +111,8 @@ impl SystemState {
         }
     }
 
-    /// Runs everything at the next instant of the virtual clock, up to `limit_ns`, so that a caller acts between two instants. Returns
-    /// false if there is nothing to run.
+    /// Runs everything that is due at the next instant of the virtual clock, up to `limit_ns`, so that a caller acts between two
+    /// instants. Returns false if nothing is due.
     pub fn step(&self, limit_ns: i64) -> Result<bool, Refusals> {
         if !self.happen(limit_ns)? {
             return Ok(false);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Polling of waits: if an answer is likely within microseconds, polling is faster than waking a thread. A wait polls for a bounded time,
-//! and its result never depends on it: the supervisor's thread is woken anyway.
+//! Polling in waits: if an answer will probably arrive within microseconds, polling is faster than waking a thread. A wait polls for a
+//! bounded time, and its result never depends on polling, because the supervisor's thread is woken in any case.
 
-/// Time for which a wait polls, ns: a few wake-ups of a thread.
+/// Time for which a wait polls, ns; equal to a few thread wake-ups.
 const AWAKE_NS: i64 = 60_000;
 
-/// Time before a release at which polling starts, ns: the latency of a timer wake-up.
+/// Time before a release at which polling starts, ns; equal to the latency of a timer wake-up.
 const LEAD_NS: i64 = 100_000;
 
 /// Number of releases for which a wait polls.
@@ -14,14 +14,14 @@ const RELEASES_MAX: i64 = 2;
 /// Event that a wait expects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Watchful {
-    /// An immediate answer.
+    /// Immediate answer.
     At,
-    /// An answer at one of the next releases of a timer with this period, ns.
+    /// Answer at one of the next releases of a timer with this period, ns.
     AtRelease(i64),
 }
 
 impl Watchful {
-    /// Returns the time until which a wait that began at `begun_ns` polls; `None` if it sleeps at `now_ns`.
+    /// Returns the time until which a wait that began at `begun_ns` polls; `None` if it is asleep at `now_ns`.
     pub fn looks_until_ns(self, begun_ns: i64, now_ns: i64) -> Option<i64> {
         let end_ns = match self {
             Watchful::At => begun_ns + AWAKE_NS,
@@ -37,7 +37,7 @@ impl Watchful {
         (now_ns < end_ns).then_some(end_ns)
     }
 
-    /// Returns the time at which a wait that sleeps at `now_ns` polls again; `None` if it no longer does.
+    /// Returns the time at which a wait that is asleep at `now_ns` polls again; `None` if it will not poll again.
     pub fn looks_next_ns(self, begun_ns: i64, now_ns: i64) -> Option<i64> {
         let Watchful::AtRelease(period_ns) = self else { return None };
         let release_ns = now_ns.div_euclid(period_ns) * period_ns + period_ns;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A points file as a document: format 2 has a line for each point, format 1 a table. Changes keep the layout of the file; adding a pose
-//! sets its format to 2.
+//! A points file as a document: in format 2, each point is one line; in format 1, one table. Changes preserve the layout of the file;
+//! adding a pose sets its format to 2.
 use crate::{JOINTS, NamedFrame, TaughtPoint, TaughtPoints, WORLD, refuse};
 use model::hints;
 use model::refusal::{Class, Refusals};
@@ -9,9 +9,9 @@ use supervisor::PointFile;
 use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value, value};
 
 const FORMAT: i64 = 2;
-/// Factor by which numbers of a file are rounded (nine decimal places), as the package does.
+/// Factor with which numbers in a file are rounded (nine decimal places), as in the Python package.
 const DIGITS: f64 = 1e9;
-/// Exclusive limit of the magnitude of numbers in a file.
+/// Exclusive upper limit of the magnitude of numbers in a file.
 const NUMBER_MAX: f64 = 1e300;
 const NEW: &str = "# Taught points, one per line. You may edit this file: comments and order are kept.\nformat = 2\n";
 
@@ -20,12 +20,13 @@ pub struct PointDocument {
     document: DocumentMut,
     path: PathBuf,
     joints: Vec<String>,
-    /// Value in rad or m of the file's unit of each joint.
+    /// Value, in rad or m, of the unit that the file uses for each joint.
     factors: Vec<f64>,
 }
 
 impl PointDocument {
-    /// Parses the text of a file, or creates a new document. Fails if the text cannot be understood or belongs to another arm.
+    /// Parses the text of a file, or creates a new document if there is none. Fails if the text cannot be parsed or belongs to another
+    /// arm.
     pub fn of(text: Option<String>, file: &PointFile) -> Result<Self, Refusals> {
         let wrong = |why: String| {
             refuse(Class::InvalidState, format!("the points file '{}' cannot be used: {why}", file.path.display()), "fix it; nothing was changed")
@@ -77,7 +78,7 @@ impl PointDocument {
         }
     }
 
-    /// Adds a point at the end, or replaces the point of the same name in its position.
+    /// Appends a point, or replaces the point of the same name in place.
     pub fn put(&mut self, point: &TaughtPoint) -> Result<(), Refusals> {
         self.fits(point)?;
         let in_lines = self.is_in_lines();
@@ -181,7 +182,7 @@ impl PointDocument {
         }
     }
 
-    /// Checks the entries; fails with the first fault.
+    /// Checks all entries; fails at the first fault.
     fn check(&self) -> Result<(), String> {
         for section in ["frames", "tools"] {
             for (name, entry) in self.table(section).into_iter().flat_map(TableLike::iter) {
@@ -238,7 +239,7 @@ impl PointDocument {
         self.document.get_mut("points").and_then(Item::as_table_like_mut).expect("it was checked to be a table")
     }
 
-    /// Returns whether points are written as lines instead of tables.
+    /// Returns true if points are written as lines instead of tables.
     fn is_in_lines(&self) -> bool {
         let format = self.document.get("format").and_then(Item::as_integer);
         let points = self.table("points").into_iter().flat_map(TableLike::iter).map(|(_, entry)| entry.is_inline_table()).collect::<Vec<_>>();
@@ -246,7 +247,7 @@ impl PointDocument {
     }
 }
 
-/// Enters the arm in a document.
+/// Writes the arm's data to a document.
 fn enter_arm(document: &mut DocumentMut, file: &PointFile) {
     let mut arm = Table::new();
     arm.insert("name", value(&file.arm));
@@ -310,7 +311,7 @@ fn by_names(names: &[String], values: &[f64]) -> Value {
     Value::InlineTable(table)
 }
 
-/// Sets an item of an entry if it differs; removes it for `None`.
+/// Sets an item of an entry if it differs; removes it if `to` is `None`.
 fn keep(entry: &mut dyn TableLike, key: &str, to: Option<Value>) {
     let Some(to) = to else {
         entry.remove(key);

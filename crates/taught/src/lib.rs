@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Taught points of arms, in the text files that programs name for them. People, programs and pages change one file at a time: a change
-//! reads the file, alters one entry and writes the file whole or not at all, so that comments, order and other points are preserved.
+//! Taught points of arms, in text files that programs name for them. People, programs and the studio change one file concurrently: each
+//! change reads the file, alters one entry and writes the file atomically, so that comments, order and other points are preserved.
 mod document;
 mod store;
 
@@ -9,9 +9,9 @@ use model::refusal::{Class, Refusal, Refusals};
 use serde::{Deserialize, Serialize};
 use supervisor::PointFile;
 
-/// Frame of a point that consists of joint positions.
+/// Frame name of a point that consists of joint positions.
 pub const JOINTS: &str = "joints";
-/// Frame in which the poses of the arm are given.
+/// Name of the frame in which the arm's poses are expressed.
 pub const WORLD: &str = "world";
 
 /// A taught point: joint positions, or a pose in a frame with the joints at which it was taught.
@@ -25,7 +25,7 @@ pub struct TaughtPoint {
     /// `joints` for joint positions; `world` or the name of a work frame for a pose.
     #[serde(default = "joints")]
     pub frame: String,
-    /// Frame of `tools` that the pose is for; null for the tool of the arm.
+    /// Frame in `tools` to which the pose applies; null for the tool of the arm.
     #[serde(default)]
     pub tool: Option<String>,
     /// Position in its frame, m.
@@ -34,10 +34,10 @@ pub struct TaughtPoint {
     /// Roll, pitch and yaw in its frame, degrees.
     #[serde(default)]
     pub rpy_deg: Option<[f64; 3]>,
-    /// Signs of shoulder, elbow and wrist, if the arm has such configurations.
+    /// Signs of the shoulder, elbow and wrist configuration, if the arm has such configurations.
     #[serde(default)]
     pub configuration: Option<String>,
-    /// Turns of the joints in that configuration.
+    /// Revolutions of the joints in that configuration.
     #[serde(default)]
     pub turns: Vec<i64>,
     /// Note for people.
@@ -77,20 +77,20 @@ pub struct TaughtPoints {
     pub tools: Vec<NamedFrame>,
 }
 
-/// Returns the points of a file; empty if the file does not exist yet. Fails if it cannot be read or understood, or belongs to another
+/// Returns the points in a file; empty if the file does not exist yet. Fails if the file cannot be read or parsed, or belongs to another
 /// arm.
 pub fn read(file: &PointFile) -> Result<TaughtPoints, Refusals> {
     let document = PointDocument::of(store::read(&file.path)?, file)?;
     Ok(document.points())
 }
 
-/// Adds a point, or replaces the point of the same name in its position. Fails as [`read`] does, if the point is not one of this arm, or
+/// Appends a point, or replaces the point of the same name in place. Fails as [`read`] does, if the point does not belong to this arm, or
 /// if the file cannot be written.
 pub fn teach(file: &PointFile, point: &TaughtPoint) -> Result<(), Refusals> {
     change(file, |document| document.put(point))
 }
 
-/// Renames a point, which keeps its position. Fails if the point does not exist, or if the new name is already used.
+/// Renames a point, which keeps its position. Fails if the point does not exist, or if the new name is already in use.
 pub fn rename(file: &PointFile, name: &str, to: &str) -> Result<(), Refusals> {
     change(file, |document| document.rename(name, to))
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The text of a file: read, locked against other programs, and written whole or not at all. The lock is the same as in the package: it
-//! is on the folder, leaves no file behind, and also works for a file that does not exist yet.
+//! Access to a file's text: it is read, locked against other programs, and written atomically. The lock is the same as in the Python
+//! package: it is on the folder, leaves no file behind, and also works for a file that does not exist yet.
 use crate::refuse;
 use model::refusal::{Class, Refusals};
 use rustix::fs::{FlockOperation, Mode, OFlags, flock, open};
@@ -15,9 +15,9 @@ use std::time::{Duration, Instant};
 const WAIT_MAX: Duration = Duration::from_secs(2);
 /// Interval between attempts to take the lock.
 const LOOK: Duration = Duration::from_millis(5);
-/// Maximum size of a file, bytes: ten thousand points.
+/// Maximum size of a file, bytes; sufficient for ten thousand points.
 const BYTES_MAX: u64 = 4 << 20;
-/// Number of files written by this process, for the names of temporary files.
+/// Number of files written by this process, used in the names of temporary files.
 static WRITES: AtomicU64 = AtomicU64::new(0);
 
 /// Returns the text of a file; `None` if the file does not exist.
@@ -36,8 +36,8 @@ pub fn read(path: &Path) -> Result<Option<String>, Refusals> {
     }
 }
 
-/// Keeps other programs from changing files in the folder until the returned lock is dropped. Fails if another program holds it for too
-/// long.
+/// Prevents other programs from changing files in the folder until the returned lock is dropped. Fails if another program holds the lock
+/// for too long.
 pub fn lock(path: &Path) -> Result<Option<OwnedFd>, Refusals> {
     // A folder that does not exist or does not support locks is not locked: the write reports the fault.
     let Ok(folder) = open(folder_of(&real(path)), OFlags::RDONLY | OFlags::CLOEXEC, Mode::empty()) else { return Ok(None) };
@@ -55,8 +55,8 @@ pub fn lock(path: &Path) -> Result<Option<OwnedFd>, Refusals> {
     }
 }
 
-/// Replaces the file with a text in one step. Fails if the text cannot be written, and the file is then unchanged; or if only the sync of its
-/// folder failed, and the file is then replaced, which a power failure may undo.
+/// Replaces the file with a text in one step. Fails if the text cannot be written, in which case the file is unchanged; or if only the
+/// sync of its folder failed, in which case the file has been replaced, but a power failure may undo this.
 pub fn write(path: &Path, text: &str) -> Result<(), Refusals> {
     let path = real(path);
     let failed = |what: &'static str, remedy: &'static str| {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Points files as people and other programs leave them.
+//! Tests on points files in the states in which people and other programs leave them.
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use supervisor::PointFile;
 use taught::{TaughtPoint, delete, read, rename, teach};
 
-/// A folder of its own, which goes with it.
+/// A separate folder, which is deleted when this value is dropped.
 struct Folder(PathBuf);
 
 impl Folder {

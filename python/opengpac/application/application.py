@@ -39,7 +39,7 @@ def system_for(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> System:
 
 
 def bind(verb: Verb[..., Any], signature: Any, args: Any, kwargs: Mapping[str, Any]) -> Any:
-    """Binds the arguments of a call to the verb's parameters by name. Raises `CallError` if they do not fit."""
+    """Binds the arguments of a call to the verb's parameters by name. Raises `CallError` if they do not match."""
     try:
         return signature.bind(*args, **kwargs)
     except TypeError as error:
@@ -53,7 +53,7 @@ def application_json(verb: Verb[..., Any], bound: BoundArguments) -> dict[str, A
 
 
 def arguments_json(verb: Verb[..., Any], given: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the objects and instantiation arguments of a call in the model's form. Refuses deleted objects."""
+    """Returns the objects and instantiation arguments of a call in the model's format. Refuses deleted objects."""
     if verb.interpreted_blocks:
         check_placed(verb, system_for(verb, given))
     names = verb.arguments_signature.parameters
@@ -66,7 +66,7 @@ def arguments_json(verb: Verb[..., Any], given: Mapping[str, Any]) -> dict[str, 
 
 
 def applied(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the application of a verb to arguments, independent of where it is written."""
+    """Returns the application of a verb to its arguments, independent of the source line of the call."""
     return {
         "verb": verb.name, "name": verb.instance_name, "arguments": arguments, "placement": verb.placement,
         "every": verb.intervals, "owner": None,
@@ -92,7 +92,7 @@ def values_json(verb: Verb[..., Any], arguments: Mapping[str, Any], objects: Map
 
 
 def _over_present(name: str, given: Mapping[str, Any], group: Group[Any]) -> Any:
-    """Merges `{"elbow": 1.2}` into the present positions; the other members keep theirs."""
+    """Merges `{"elbow": 1.2}` into the current positions; all other members keep theirs."""
     wanted: dict[str, Any] = {}
     for key, value in given.items():
         try:
@@ -104,7 +104,7 @@ def _over_present(name: str, given: Mapping[str, Any], group: Group[Any]) -> Any
 
 
 def options_json(kwargs: dict[str, Any], verb: Verb[..., Any]) -> dict[str, Any]:
-    """Removes the limits common to all starts from `kwargs` and returns them: `time_limit`, `overruns`, `age_max`."""
+    """Removes from `kwargs` the options that every start accepts (`time_limit`, `overruns`, `age_max`), and returns them."""
     options: dict[str, Any] = {}
     if not kwargs:
         return options
@@ -121,7 +121,7 @@ def options_json(kwargs: dict[str, Any], verb: Verb[..., Any]) -> dict[str, Any]
 def checked_application(
     verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], signature: Any
 ) -> tuple[System, dict[str, Any], dict[str, Any]]:
-    """Enters a call's verb in its system and returns the system, the application and the objects, for a check."""
+    """Registers the verb of a call in its system, and returns the system, the application and the objects, for a check."""
     options_json(kwargs, verb)
     bound = bind(verb, signature, args, kwargs)
     system = system_for(verb, bound.arguments)
@@ -131,13 +131,13 @@ def checked_application(
 
 
 def checked_values(verb: Verb[..., Any], args: Any, kwargs: dict[str, Any], objects: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the values of a start of an instance, for a check."""
+    """Returns the start values of an instance, for a check."""
     options_json(kwargs, verb)
     return _known_values(verb, bind(verb, verb.inputs_signature, args, kwargs), objects)
 
 
 def _known_values(verb: Verb[..., Any], bound: Any, objects: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the values available to a check; some are known only in a run."""
+    """Returns the values that a check can determine; empty if they are known only at run time."""
     try:
         return values_json(verb, bound.arguments, objects)
     except Error:

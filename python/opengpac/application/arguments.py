@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from ..system.system import System
 
 _SEVERAL = {"svv": "svvs", "device": "devices"}
-"""Names of list arguments, by the kind of their elements."""
+"""Names of list arguments by the kind of their elements."""
 
 
 class Argument:
@@ -21,12 +21,12 @@ class Argument:
     system: Any
 
     def _argument(self) -> dict[str, Any]:
-        """Returns the model's form. Refuses a deleted object."""
+        """Returns the argument in the model's format. Refuses a deleted object."""
         raise NotImplementedError
 
 
 def argument_json(given: Any, what: str) -> dict[str, Any]:
-    """Returns the argument of an instantiation parameter or object in the model's form; `what` describes it in refusals."""
+    """Returns the argument of an instantiation parameter or object in the model's format. Error messages call it `what`."""
     if isinstance(given, Argument):
         return given._argument()
     if isinstance(given, list | tuple) and given and all(isinstance(each, Argument) for each in given):
@@ -38,7 +38,7 @@ def argument_json(given: Any, what: str) -> dict[str, Any]:
 
 
 def systems_in(given: Any) -> Iterable[System]:
-    """Yields the system of an argument, or of each argument in a list."""
+    """Yields the system of an argument, or of each element of a list argument."""
     if isinstance(given, Argument):
         return [given.system]
     if isinstance(given, list | tuple):

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Waits in an event loop for the end of a verb instance.
 
-Under the monotonic clock the loop watches a descriptor that becomes readable when an instance has ended. Under the virtual clock time
-advances firing by firing whenever the loop has nothing else ready to run.
+Under the monotonic clock, the loop watches a descriptor that becomes readable when an instance has ended. Under the virtual clock,
+time advances firing by firing whenever the loop is otherwise idle.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verb instances: created, running ⇄ suspended, ended, and running again after `start`, until deleted."""
+"""Verb instances. Their life cycle is created, running ⇄ suspended, ended, and running again after each `start`, until they are deleted."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ _read = json.JSONDecoder().raw_decode
 
 @all_taking
 class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
-    """A verb applied to its arguments. Awaitable; as a context manager it halts and deletes itself at the end.
+    """A verb applied to its arguments. It can be awaited; as a context manager it halts and deletes itself on exit.
 
-    Made by `verb.asynch(...)`, whose `wait` deletes it, or by `verb.new_instance(...)`, which can be started any number of times.
+    `verb.asynch(...)` creates an instance that `wait` deletes, `verb.new_instance(...)` one that can be started any number of times.
 
     `verb` is the applied verb, `system` the system in which it runs, and `identity` its number there, which is never reused.
 
     The life cycle is created → running ⇄ suspended → ended, repeated with each `start`, until the instance is deleted. A method that
-    the state does not allow raises `InvalidState` and changes nothing. A method raises `NotEnabled` if it needs a device that is not
-    enabled, and `SecondWriter` if it would write a variable that another instance claims; a start during a latched stop raises
-    `EmergencyStopped`.
+    is not allowed in the current state raises `InvalidState` and changes nothing. A method raises `NotEnabled` if it needs a device
+    that is not enabled, and `SecondWriter` if it would write a variable that another instance claims; a start during a latched stop
+    raises `EmergencyStopped`.
     """
 
     def __init__(self, verb: Verb[..., R], system: System, identity: int, objects: Mapping[str, Any], once: bool) -> None:
@@ -57,14 +57,14 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
 
     @property
     def name(self) -> str:
-        """Name of the instance, `move#3` unless set."""
+        """Name of the instance; `move#3`, for example, unless set."""
         if self._name is None:
             self._name = str(self._about()["name"])
         return self._name
 
     @property
     def state(self) -> str:
-        """`created`, `queued` (started, and waiting for claims held by others), `running`, `suspended`, `ended` or `deleted`."""
+        """State: `created`, `queued` (started, and waiting for claims held by others), `running`, `suspended`, `ended` or `deleted`."""
         if self._deleted:
             return "deleted"
         with refusals:
@@ -87,7 +87,7 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
 
     @property
     def inputs(self) -> dict[str, Any]:
-        """Present values of the input parameters by name, in SI units: those of the latest start, updated by `set`.
+        """Current values of the input parameters by name, in SI units: the values of the latest start, updated by `set`.
 
         Before the first start they are the defaults, or None for an input parameter without a default.
         """
@@ -97,7 +97,7 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
         """Starts the instance with new input parameters; omitted ones take their defaults. `time_limit=` ends it after that time.
 
         Returns when all claims are acquired; the initial list begins with the next firings of the sources. A remote processor may
-        begin later than one in this process: if the order of two starts matters, wait until the first has stored a value.
+        start later than one in this process: if the order of two starts matters, wait until the first has stored a value.
         """
         options = options_json(kwargs, self.verb)
         try:
@@ -109,8 +109,8 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
         return self
 
     def wait(self, timeout: Quantity | None = None) -> R:
-        """Waits for the end and returns the report. Raises if the end is not normal, and `TimeoutError` after `timeout`, leaving it
-        running.
+        """Waits for the end and returns the report. Raises an exception if the end is not normal, and `TimeoutError` after `timeout`;
+        the instance then keeps running.
 
         Deletes an instance made by `asynch`. Ctrl-C ends only the wait.
         """
@@ -120,22 +120,22 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
         return self._finish(text)
 
     def suspend(self) -> None:
-        """Stops the blocks without synchronous inputs, lets the blocks that they drive run dry, and returns then.
+        """Stops the blocks without synchronous inputs, waits until the blocks that they drive run dry, and returns.
 
-        The verb's `suspend=` defines the behaviour of its actuators meanwhile. Raises `InvalidState` if the instance is already
+        The verb's `suspend=` defines the behaviour of its actuators in the meantime. Raises `InvalidState` if the instance is already
         ending.
         """
         with refusals:
             self._alive().suspend(self.identity)
 
     def resume(self) -> None:
-        """Resumes from suspension."""
+        """Resumes a suspended instance."""
         with refusals:
             self._alive().resume(self.identity)
 
     def halt(self) -> None:
-        """Halts the instance: reports the condition `halted`, which may have a transition, and runs the ending list. Returns when it has
-        ended.
+        """Halts the instance: reports the condition `halted`, which may have a transition, and runs the ending list. Returns when the
+        instance has ended.
 
         A second halt acts immediately. A queued instance is removed from the queue.
         """
@@ -155,8 +155,8 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
         """Changes tunable input parameters, `vi.set(speed=0.2)`, and tunable intervals, `vi.set(every={"near": "10 ms"})`, while the
         verb runs.
 
-        All changes take effect together, between two firings of each source. A new interval applies from its next multiple until the
-        end of this start. Infeasible rates are refused, and then nothing changes.
+        All changes take effect together, between two firings of each source. A new interval applies from its next multiple until this
+        start ends. If the new rates are infeasible, the call is refused and nothing changes.
         """
         every = values.pop("every", {}) if "every" not in self.verb.input_parameters else {}
         if not isinstance(every, Mapping):
@@ -207,7 +207,8 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
         return report
 
     def _finish(self, text: str | None) -> R:
-        """Stores an end report, deletes a single-use instance, and raises if the end is not normal."""
+        """Stores an end report, and deletes a single-use instance. Raises the exception of the termination condition if the end is not
+        normal."""
         report: Any = self._report if text is None else self._take(text)
         if self._once and not self._deleted:
             self.delete()
@@ -255,14 +256,14 @@ def _create(verb: Verb[..., R], bound: Any, once: bool) -> VerbInstance[R]:
 
 
 def create(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance[R]:
-    """Creates an instance: `verb.new_instance(...)`."""
+    """Creates an instance, for `verb.new_instance(...)`."""
     if checking.active():
         return cast("VerbInstance[R]", plan(verb, args, kwargs, verb.arguments_signature))
     return _create(verb, bind(verb, verb.arguments_signature, args, kwargs), once=False)
 
 
 def start(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance[R]:
-    """Starts an instance: `verb.asynch(...)`; deletes it again if the start fails."""
+    """Creates and starts an instance, for `verb.asynch(...)`; deletes it again if the start fails."""
     verb = verb._fitting(args, kwargs)
     if checking.active():
         return cast("VerbInstance[R]", plan(verb, args, kwargs, verb.signature))
@@ -278,7 +279,7 @@ def start(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance
 
 
 def _drop(instance: VerbInstance[Any]) -> None:
-    """Ends and deletes an instance that may have been started: an interrupt can arrive at any line."""
+    """Ends and deletes an instance that may have been started: a `KeyboardInterrupt` can arrive at any line."""
     if instance.state in ("queued", "running", "suspended"):
         with contextlib.suppress(InvalidState):
             instance.halt()
@@ -287,9 +288,9 @@ def _drop(instance: VerbInstance[Any]) -> None:
 
 
 def call(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> R:
-    """Calls a verb: `verb(...)`. Ctrl-C halts the instance, waits for its report, deletes it, and propagates.
+    """Calls a verb, for `verb(...)`. On Ctrl-C, halts the instance, waits for its report, deletes it, and re-raises `KeyboardInterrupt`.
 
-    A verb that ends soon takes a single request to the real-time system; a longer one is waited for like any other.
+    A short verb needs only a single request to the real-time system; the call waits for a longer one as `wait` does.
     """
     verb = verb._fitting(args, kwargs)
     if checking.active():
@@ -324,7 +325,7 @@ def call(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> R:
 
 
 def _ended(verb: Verb[..., R], text: str, objects: Mapping[str, Any]) -> R:
-    """Returns the report of a finished call; raises if its end is not normal."""
+    """Returns the report of a finished call. Raises the exception of the termination condition if the end is not normal."""
     report: Any = verb.report_class(_read(text)[0])
     if not report.normal:
         raise terminated(report, verb, objects)

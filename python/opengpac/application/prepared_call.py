@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Common part of a verb's calls, computed in the first call: the mapping of arguments, and the text of the request.
+"""Caches the part of a verb's calls that does not change between calls: the mapping of arguments and the text of the request.
 
 Each call still checks that its arguments exist, and to which system they belong.
 """
@@ -31,13 +31,14 @@ class PreparedCall:
 
     def __init__(self) -> None:
         self._shapes: dict[tuple[Any, ...], list[tuple[str, int]]] = {}
-        """Number of positional arguments and names of the others → each passed parameter, in order, and its index."""
+        """Parameter indices of the passed arguments, in order, by the signature of the call: number of positional arguments, and names
+        of the others."""
         self._arguments: dict[str, Any] = {}
         self._head = ""
 
     @staticmethod
     def of(verb: Verb[..., Any]) -> PreparedCall:
-        """Returns the prepared call of a verb, creating it at the first call."""
+        """Returns the prepared call of a verb; creates it on the first call."""
         prepared: PreparedCall | None = verb.__dict__.get("_prepared")
         if prepared is None:
             prepared = verb._prepared = PreparedCall()
@@ -59,7 +60,7 @@ class PreparedCall:
         return {name: given[at] for name, at in places}
 
     def request(self, verb: Verb[..., Any], arguments: dict[str, Any], values: Mapping[str, Any], limits: Mapping[str, Any]) -> str:
-        """Returns the arguments of the call `perform` as JSON. `arguments`: those that the verb is applied to, in the model's form."""
+        """Returns the arguments of the request `perform` as JSON; `arguments` are the verb's objects and SVVs in the model's format."""
         if not self._head or arguments != self._arguments:
             self._arguments, self._head = arguments, _dumps(applied(verb, arguments)).removesuffix("}")
         place = here()

@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from .instances import VerbInstance
 
 SLICE_NS = 100_000_000
-"""Interval at which the line is written, on the system's clock."""
+"""Interval at which the line is updated, on the system's clock."""
 
 
 def wanted(asked: bool | None) -> bool:
-    """Returns whether to show progress: as set in the system, else by `OPENGPAC_PROGRESS`, else only in a terminal."""
+    """Returns whether to show progress: as set in the system, otherwise as set by `OPENGPAC_PROGRESS`, otherwise only in a terminal."""
     if asked is not None:
         return asked
     told = os.environ.get("OPENGPAC_PROGRESS")
@@ -25,7 +25,7 @@ def wanted(asked: bool | None) -> bool:
 
 
 class Line:
-    """Progress line of a wait that has lasted one slice; `clear` removes it."""
+    """Progress line of a wait that has lasted at least one slice; `clear` removes it."""
 
     def __init__(self, instance: VerbInstance[Any]) -> None:
         self._instance = instance
@@ -34,7 +34,7 @@ class Line:
         self._width = 0
 
     def show(self) -> None:
-        """Overwrites the previous line."""
+        """Redraws the line."""
         native = self._instance.system._native
         with refusals:
             about = native.instance(self._instance.identity)

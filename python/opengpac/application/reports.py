@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class OtherCondition(NamedTuple):
-    """A condition that occurred in the same firing but did not move the instance."""
+    """Condition that occurred in the same firing but caused no transition."""
 
     condition: str
     block: str | None
@@ -24,7 +24,7 @@ class OtherCondition(NamedTuple):
 
 
 class PassedList(NamedTuple):
-    """A command list that a condition left, `time` s after the start."""
+    """Command list that the instance left because of a condition, `time` s after the start."""
 
     command_list: str
     condition: str
@@ -35,20 +35,20 @@ class PassedList(NamedTuple):
 class Report(TableDisplay):
     """Report of a verb: `condition`, `time` (s since its start), `value`, `others`, and an attribute for each returned output.
 
-    Made by the end of a verb instance: returned by a call, and available as `vi.report`.
+    A call returns it when the instance ends; afterwards it is available as `vi.report`.
 
-    - `condition`: the termination condition, of the verb or of the system (`completed`, `halted`, `fault`, …); `normal` is True for
-      a good end, `message` is the text of a fault, and empty otherwise.
+    - `condition`: the termination condition, of the verb or of the system (`completed`, `halted`, `fault`, …); `normal` is True for a
+      normal end; `message` is the text of a fault, otherwise empty.
     - `time`: the duration, in s; `started` and `ended` are times of the system's clock, in s.
     - `value`: the value that the condition reported, of its type (a number, an array, a record), or None. `others` are the conditions
       that occurred in the same firing without effect.
     - `way`: the transitions that led to the end, in order (the last 64): each has `command_list`, `condition`, `block`, `time`.
-    - `outputs`: the outputs returned by the condition and those on the way, by name; the latest for each name. A scalar is a number,
-      an array a NumPy array of the port's shape, a struct a record, each in the port's unit. Each output is also an attribute.
-    - `verb`, `instance`, `command_list`, `block`: where it ended; `block` is the label of the block that reported, or None.
+    - `outputs`: the outputs returned by the condition and by earlier transitions, by name; the latest for each name. A scalar is a
+      number, an array a NumPy array of the port's shape, a struct a record, each in the port's unit. Each output is also an attribute.
+    - `verb`, `instance`, `command_list`, `block`: where it ended; `block` is the label of the block that reported the condition, or None.
     - `start`: number of the start of the instance, from 1.
 
-    Derive a class to give a verb's outputs types: `class Moved(gpac.Report): position: np.ndarray`, and `def move(...) -> Moved`.
+    To give a verb's outputs types, derive a class: `class Moved(gpac.Report): position: np.ndarray`, and `def move(...) -> Moved`.
     """
 
     condition: str
@@ -114,11 +114,11 @@ R = TypeVar("R")
 
 
 _RAISED: dict[str, type[Terminated]] = {"time_lost": TimeLost}
-"""Exception classes of ends for which a verb need not name one."""
+"""Default exception classes of system conditions, used if the verb does not name one."""
 
 
 def terminated(report: Report, verb: Verb[..., Any], objects: Mapping[str, Any] | None = None) -> Terminated:
-    """Returns the exception for an abnormal end: the class that the verb assigns to this condition. `objects`: the verb's objects."""
+    """Returns the exception for an abnormal end, of the class that the verb assigns to this condition. `objects` are the verb's objects."""
     termination = verb.termination(report.condition, report.command_list)
     kind = (termination.raises if termination else None) or _RAISED.get(report.condition, Terminated)
     where = f" in command list '{report.command_list}'" if report.command_list else ""

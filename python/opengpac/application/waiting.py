@@ -40,8 +40,8 @@ def wait(instance: VerbInstance[Any], timeout_ns: int | None) -> str:
 
 
 def _wait(native: Any, identity: int, timeout_ns: int | None, slice_ns: int) -> str | None:
-    """Returns the end report's text, or None if the instance has not ended within `timeout_ns`, or within a nonzero `slice_ns` of real
-    time."""
+    """Returns the end report's text, or None if the instance has not ended within `timeout_ns`, or, if `slice_ns` is not zero, within
+    that much real time."""
     arguments = f'{{"instance": {identity}}}' if timeout_ns is None else f'{{"instance": {identity}, "timeout_ns": {timeout_ns}}}'
     text = native.begin("wait", arguments, slice_ns) if slice_ns else native.call("wait", arguments)
     return None if text == "null" else text

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Signals of a cell: inputs and outputs as logical devices, and verbs that set, pulse and await them.
+"""Signals of a cell: inputs and outputs as logical devices, and verbs that set, pulse and wait for them.
 
 The other services of a cell belong to the system: `cell.pause()`, `cell.alarms`, `cell.mode`, `cell.emergency_stop_input(...)`,
 `cell.save(...)`. Taught points are `gpac.Points`.

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Digital and analog inputs and outputs as logical devices; each has a verb that keeps it up to date, so that any number of verbs can
-read it."""
+"""Digital and analog inputs and outputs as logical devices. A verb keeps each signal up to date, so that any number of verbs can read
+it."""
 
 from __future__ import annotations
 
@@ -83,7 +83,8 @@ class AnalogInput(_Signal, verb=_input("analog_input", "read_channel"), name="an
 class DigitalOutput(_Signal, verb=_output("digital_output", "write_digital"), name="digital_output"):
     """A digital output. It takes the value `at_enable` when it is enabled, and the channel's safe value when it is disabled.
 
-    `commanded` is the desired value, set by `set_output`, or by Python while no verb claims it. `value` is the value written last.
+    `commanded` is the set-point: set by `set_output`, or by Python while no verb claims it. `value` is the value most recently
+    written.
     """
 
     _written = True

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Sets an output, pulses it, or waits for an input: one function each for digital and analog signals, in the three invocation modes."""
+"""Verbs that set an output, pulse it, or wait for an input. Each exists for digital and for analog signals, in the three invocation
+modes."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ R = TypeVar("R", bound=Report, covariant=True)
 
 
 class InputTimeout(Terminated):
-    """An input did not reach the awaited value within the time limit."""
+    """Raised if an input did not reach the awaited value within the time limit."""
 
 
 def _set(kind: type[Any], name: str, block: str, there: str, **targets: list[str]) -> Verb[..., Any]:
@@ -83,11 +84,11 @@ def _wait_for_channel(name: str, read: str, block: str, inputs: Mapping[str, Any
 
 
 _LOOK = 0.01
-"""Interval at which an SVV with another writer is checked, in s; rounded up to a multiple of the timer's period."""
+"""Polling interval for an SVV that another verb writes, in s; rounded up to a multiple of the timer's period."""
 
 
 def _looked_at(verb: Verb[..., Any] | None, timers: Sequence[Source]) -> Verb[..., Any] | None:
-    """Returns a verb of `_wait_for_value` whose interval one of these timers can serve."""
+    """Returns `verb` with a polling interval that one of these timers can serve."""
     periods = [timer.period for timer in timers]
     if verb is None or not periods or any(_divides(period, _LOOK) for period in periods):
         return verb
@@ -137,7 +138,7 @@ _pulse = Verb(
 
 
 class SignalVerb(Generic[R]):
-    """Verb selected by the kind of its signal: called, `.asynch(...)` and `.new_instance(...)` like any verb."""
+    """Verb selected by the kind of its signal. Has the three invocation modes of every verb."""
 
     def __init__(self, name: str, doc: str, choose: Callable[[Any], Verb[..., R] | None], wants: str) -> None:
         self.__name__ = self.name = name
@@ -145,15 +146,15 @@ class SignalVerb(Generic[R]):
         self._choose, self._wants = choose, wants
 
     def verb(self, signal: Any) -> Verb[..., R]:
-        """Returns the verb for this signal, or for a kind of signal (`DigitalInput`), as a part of others; for a channel, placed on the
-        source that exchanges it."""
+        """Returns the verb for this signal, or for a kind of signal (`DigitalInput`), for use in a composition; the verb of a channel is
+        placed on the source that exchanges it."""
         chosen = self._choose(signal)
         if chosen is None:
             refuse(CallError, f"{self.name}() cannot act on {signal!r}", self._wants)
         return chosen
 
     def on(self, where: Any = None, *, every: Mapping[str, Quantity] | None = None) -> SignalVerb[R]:
-        """Returns this verb placed, like `Verb.on`."""
+        """Returns this verb with a placement, like `Verb.on`."""
 
         def choose(signal: Any) -> Verb[..., R] | None:
             chosen = self._choose(signal)
@@ -168,7 +169,7 @@ class SignalVerb(Generic[R]):
         return self.verb(signal)(signal, *args, **_edges(kwargs))
 
     def asynch(self, signal: Any, /, *args: Any, **kwargs: Any) -> VerbInstance[R]:
-        """Starts the verb; the instance's `wait()` waits for the end and deletes it."""
+        """Starts the verb, and returns an instance whose `wait()` waits for the end and deletes it."""
         return self.verb(signal).asynch(signal, *args, **_edges(kwargs))
 
     def new_instance(self, signal: Any, /) -> VerbInstance[R]:
@@ -183,7 +184,7 @@ _EDGES = {"rising": True, "falling": False}
 
 
 def _edges(kwargs: dict[str, Any]) -> dict[str, Any]:
-    """Returns the arguments of an edge: `edge="rising"` is a value to which the signal must change."""
+    """Translates `edge="rising"` into the verb's arguments: the value to which the signal must change."""
     edge = kwargs.get("edge")
     if not isinstance(edge, str):
         return kwargs

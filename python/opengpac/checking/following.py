@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Executes a program so that an error does not end it: each refused statement is noted, and execution continues with the next.
+"""Executes a program so that an error does not end it: each refusal is recorded, and execution continues with the next statement.
 
-The names that a refused statement would have bound are `Absent`. A statement that needs an absent value is skipped silently: its
-error would only repeat the first one. A statement inside a `try` with handlers is left to the program.
+The names that a refused statement would have bound are `Absent`. A statement that needs an absent value is skipped silently, because
+its error would only repeat the first one. A statement inside a `try` with handlers is left to the program.
 
-One of Python's own exceptions ends a whole statement of the module, with everything inside it, and is reported with the lines that it
-skipped. Inside functions and loops it propagates as in a run: the program may catch it there.
+One of Python's own exceptions aborts a whole top-level statement of the module, and is reported with the lines that were skipped.
+Inside functions and loops it propagates as in a run, since the program may catch it there.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ _CAUGHT, _LOST, _BROKEN = "__gpac_error__", "__gpac_lost__", "__gpac_exception__
 _SIMPLE = (ast.Assign, ast.AnnAssign, ast.AugAssign, ast.Expr, ast.Return, ast.Delete, ast.Assert)
 _IMPORT = (ast.Import, ast.ImportFrom)
 _OWN = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef, ast.For, ast.AsyncFor, ast.While)
-"""Statements inside which an exception is not reported immediately."""
+"""Compound statements within which an exception is not reported immediately."""
 _COMPOUND = (ast.With, ast.AsyncWith, ast.For, ast.AsyncFor, ast.If, ast.While, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
 
 
 class Missing(AttributeError):
-    """A statement needs a value that an earlier error left undefined. It is an attribute error so that `hasattr` works."""
+    """Raised by a statement that uses a value left undefined by an earlier error. Derives from `AttributeError` so that `hasattr` works."""
 
 
 class Absent:
@@ -57,8 +57,8 @@ def follow(
     names: dict[str, Any] | None = None,
     broken: Callable[[Exception, int, int], None] | None = None,
 ) -> None:
-    """Executes the program in the file at `path` as `__main__`; calls `note` for each refused statement, and `broken` for each statement
-    that another exception ended, with its first and last line. Puts the names that the program binds into `names`.
+    """Executes the program in the file at `path` as `__main__`. Calls `note` for each refused statement, and `broken` for each statement
+    that another exception aborted, with its first and last line. Stores the names that the program binds in `names`.
 
     `SystemExit` and syntax errors propagate as in a run.
     """
@@ -89,11 +89,11 @@ def follow(
 
 
 class _Guarded(ast.NodeTransformer):
-    """Wraps each statement in a `try` of its own."""
+    """Wraps each statement in a separate `try`."""
 
     def __init__(self) -> None:
         self._inside = 0
-        """Number of `_OWN` statements around the present one."""
+        """Number of `_OWN` statements that enclose the current one."""
 
     def visit_Try(self, node: ast.Try) -> ast.AST:
         if node.handlers:
@@ -115,7 +115,8 @@ class _Guarded(ast.NodeTransformer):
 
 
 def _guard(statement: ast.stmt, broken: bool) -> ast.stmt:
-    """Guards a statement: if it is refused its error is noted, and its targets are absent. `broken`: other exceptions are reported too."""
+    """Guards a statement: a refusal is recorded, and the statement's targets become absent. If `broken`, other exceptions are reported
+    too."""
     if isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant):
         return statement
     absent = [ast.Assign([ast.Name(name, ast.Store())], ast.Name(_ABSENT, ast.Load())) for name in _names(statement)]
@@ -137,7 +138,7 @@ def _call(name: str, *more: ast.expr) -> ast.Call:
 
 
 def _names(statement: ast.stmt) -> list[str]:
-    """Returns the names that a statement binds itself."""
+    """Returns the names that a statement binds, excluding those of nested statements."""
     match statement:
         case ast.ClassDef() | ast.FunctionDef() | ast.AsyncFunctionDef():
             return [statement.name]

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Judges Python's own exceptions for `opengpac check`: as mistakes that every run would make too, or as possible artefacts of the values
-that stand in for those of a run."""
+"""Classifies Python's own exceptions for `opengpac check`: errors that every run would raise too, and possible artefacts of the
+placeholder values of a check."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _KEYWORD = re.compile(r"([\w.]+)\(\) got an unexpected keyword argument '(\w+)'"
 
 
 class BrokenStatement(Error):
-    """One of Python's own exceptions, of class `kind`, that ended the statement on these lines. A first line of 0 stands for the line
-    that raised."""
+    """One of Python's own exceptions, of class `kind`, that aborted the statement on these lines. If the first line is 0, the line that
+    raised it is meant."""
 
     def __init__(self, error: Exception, path: str, names: Mapping[str, Any], lines: tuple[int, int]) -> None:
         place = _place(error, path, lines[1])
         self.certain = _is_certain(error)
-        """True if a run would fail there too."""
+        """True if a run would fail at the same statement."""
         super().__init__(_message(error), remedy=_meant(error, names) if self.certain else "", place=place)
         self.kind = type(error).__name__
         self.lines = (lines[0] or place.line, lines[1])
@@ -44,7 +44,7 @@ class BrokenStatement(Error):
 
 
 def _place(error: Exception, path: str, last: int) -> Place:
-    """Returns the line in the program: that of a syntax error, else the program's innermost frame."""
+    """Returns the line in the program: for a syntax error its line, otherwise the line of the program's innermost frame."""
     if isinstance(error, SyntaxError) and error.filename is not None:
         return Place(error.filename, error.lineno or 1)
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == path]
@@ -59,7 +59,7 @@ def _message(error: Exception) -> str:
 
 
 def _is_certain(error: Exception) -> bool:
-    """Returns whether the error is independent of the values of a run."""
+    """Returns whether the error would occur regardless of the values in a run."""
     if isinstance(error, SyntaxError | NameError | ImportError):
         return True
     if isinstance(error, AttributeError):
@@ -70,7 +70,7 @@ def _is_certain(error: Exception) -> bool:
 
 
 def _meant(error: Exception, names: Mapping[str, Any]) -> str:
-    """Returns `did you mean 'blocks'?` if a similar name exists."""
+    """Returns the hint `did you mean 'blocks'?` if a similar name exists."""
     word, known = _asked(error, names)
     close = _native.nearest(word.encode(errors="replace").decode(), [str(name) for name in known]) if word else None
     return f"did you mean '{close}'?" if close else ""
@@ -90,7 +90,7 @@ def _asked(error: Exception, names: Mapping[str, Any]) -> tuple[str, Iterable[st
 
 
 def _parameters(name: str) -> list[str]:
-    """Returns the parameters of the object with that qualified name in this package; none if it does not exist."""
+    """Returns the parameters of the object in this package with that qualified name; empty if it does not exist."""
     for module in [module for key, module in sys.modules.items() if key.split(".")[0] == _PACKAGE]:
         found: Any = module
         for part in name.split("."):

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class CheckedInstance:
-    """Stands for a verb instance in a checked program: every start ends immediately with `completed`."""
+    """Stand-in for a verb instance in a checked program: every start ends immediately with `completed`."""
 
     def __init__(self, report: Report, check: Callable[[Any, dict[str, Any]], None]) -> None:
         self.report = report
@@ -27,7 +27,7 @@ class CheckedInstance:
         self.state, self.done, self.name = "ended", True, report.instance
 
     def start(self, *args: Any, **kwargs: Any) -> Self:
-        """Checks the values; starts nothing."""
+        """Checks the values without starting anything."""
         self._check(args, kwargs)
         return self
 

@@ -43,7 +43,7 @@ FUNCTION_BLOCK({name}, "Gain: y = k u.",
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Runs the command; returns 0 on success, 1 if something was refused or is wrong."""
+    """Runs the command; returns 0 on success, 1 after a refusal or a failure."""
     given = _parser().parse_args(arguments)
     called = here()
     try:
@@ -65,7 +65,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _is_cut() -> bool:
-    """Returns whether standard output is closed; if so, discards all further output."""
+    """Returns whether the reader has closed standard output; if so, discards all further output."""
     poll = select.poll()
     poll.register(sys.stdout.fileno(), select.POLLOUT)
     cut = any(event & select.POLLERR for _, event in poll.poll(0))
@@ -75,7 +75,7 @@ def _is_cut() -> bool:
 
 
 def _about(error: Error, given: argparse.Namespace, called: Place) -> str:
-    """Returns the text of a command's error: its location is in a file of the user, never a line of the program `opengpac` itself."""
+    """Returns the text of a command's error, located in one of the user's files, never in `opengpac` itself."""
     for inner in getattr(error, "errors", [error]):
         if inner.place is not None and (inner.place.file == called.file or inner.place.file.startswith("<frozen")):
             inner.place = None
@@ -165,7 +165,7 @@ def _check(given: argparse.Namespace) -> int:
 
 
 def _broken(findings: Findings, certain: bool) -> list[str]:
-    """Returns the texts about Python's own exceptions: those that a run would raise too, or the others."""
+    """Returns the messages of Python's own exceptions: if `certain`, those that a run would raise too, otherwise the rest."""
     from ..refusals.carets import shown
 
     return [shown(error, error.kind) for error in findings.broken if error.certain == certain]
@@ -196,7 +196,7 @@ def _stubs(given: argparse.Namespace) -> int:
 
 
 def _check_file(path: str) -> int:
-    """Makes every check of a definition file that needs no hardware; builds and loads the code modules that it names."""
+    """Performs every check of a definition file that needs no hardware. Builds and loads the code modules that it names."""
     from ..definition.files.reading import read_file
     from ..refusals.carets import shown
     from ..system.system import System
@@ -269,7 +269,7 @@ def _new_crate(name: str) -> int:
 
 
 def _begun(name: str, what: str, text: str) -> Path | None:
-    """Creates a file of that name in C; returns None if it is refused."""
+    """Creates the C file of a new block or driver. If the name is refused, prints the reason and returns None."""
     file = _free(name, what, Path(f"{name}.c"))
     if file is not None:
         file.write_text(text.format(name=name))
@@ -277,7 +277,7 @@ def _begun(name: str, what: str, text: str) -> Path | None:
 
 
 def _free(name: str, what: str, path: Path) -> Path | None:
-    """Returns the path if the name is valid and nothing exists there; None if it is refused."""
+    """Returns the path if the name is valid and the file does not exist yet. Otherwise prints the reason and returns None."""
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
         print(f"'{name}' is not a valid name of {what}; use lower-case letters, digits and _", file=sys.stderr)
         return None

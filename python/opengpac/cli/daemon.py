@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The commands `opengpac rts` and `opengpac token`: run a real-time system as a daemon, and manage access to it."""
+"""The commands `opengpac rts` and `opengpac token`, which run a real-time system as a daemon and manage access to it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _DAY_S = 86_400
 
 
 def add_to(commands: Any) -> None:
-    """Adds both to the commands of the parser."""
+    """Adds both commands to the parser."""
     rts = commands.add_parser("rts", help="run a real-time system as a daemon; docs/control.md describes its interface")
     rts.add_argument("--name", help="name of the system (default: cell)")
     rts.add_argument("--clock", choices=["monotonic", "virtual"], help="clock of the system (default: monotonic)")
@@ -110,7 +110,7 @@ def _rts(given: argparse.Namespace) -> int:
 
 
 def _take_descriptors() -> None:
-    """Raises the limit of open descriptors for many clients, as far as this process may."""
+    """Raises the limit on open descriptors as far as permitted, to allow for many clients."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = _DESCRIPTORS if hard == resource.RLIM_INFINITY else min(hard, _DESCRIPTORS)
     if soft not in (resource.RLIM_INFINITY, hard) and soft < most:
@@ -129,7 +129,8 @@ def _say(addresses: list[str], page: str | None) -> None:
 
 
 def _studio(given: argparse.Namespace) -> dict[str, Any]:
-    """Returns the options for serving the studio: the page if there is a port and it was built, and a token for this run on request."""
+    """Returns the options for serving the studio: the page, if a port is set and the page was built, and, if requested, a token for this
+    run."""
     if given.studio_role is not None and not given.studio:
         refuse(CallError, "--studio-role needs a page with a token", "add --studio")
     page = None if given.page is None else Path(given.page)
@@ -140,7 +141,7 @@ def _studio(given: argparse.Namespace) -> dict[str, Any]:
 
 
 def _records(given: argparse.Namespace) -> str | None:
-    """Returns the folder for recordings: the specified one, or for a page that may record one of the user's own."""
+    """Returns the directory for recordings: the specified one, or the user's own if the studio may configure the system; otherwise None."""
     if given.records is not None or given.studio_role != "configure":
         return given.records
     return server.records_of_user()

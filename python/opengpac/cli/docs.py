@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The documentation as a site inside the package: `opengpac docs` serves it locally, without a network."""
+"""The documentation as a site inside the package: `opengpac docs` serves it locally, without network access."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ SITE = Path(__file__).parents[1] / "docs_site.zip"
 
 
 def server(port: int = 0) -> ThreadingHTTPServer:
-    """Returns a server of the pages on the loopback interface; `port` 0 selects a free one.
+    """Returns an HTTP server for the pages on the loopback interface; `port` 0 selects a free one.
 
-    Raises `FileFailed` if the package has no pages or they are damaged, `OSError` if the port is in use.
+    Raises `FileFailed` if the pages are missing or damaged, and `OSError` if the port is in use.
     """
     if not SITE.exists():
         refuse(
@@ -56,7 +56,7 @@ def server(port: int = 0) -> ThreadingHTTPServer:
 
 
 def address(made: ThreadingHTTPServer, words: list[str]) -> str:
-    """Returns the address of the front page, or of a search for the words."""
+    """Returns the URL of the front page, or of a search for `words`."""
     front = f"http://127.0.0.1:{made.server_address[1]}/"
     return front + (f"search.html?q={quote(' '.join(words))}" if words else "")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The commands `opengpac drivers` and `opengpac devices`: list the declarations of drivers, and the devices that they find."""
+"""The commands `opengpac drivers` and `opengpac devices`: list the driver declarations, and the devices that the drivers find."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def _scan(given: argparse.Namespace) -> int:
 
 
 def _found_on(given: argparse.Namespace, where: Mapping[str, Any]) -> Found:
-    """Returns the devices found on the host of a daemon. Does not take the command from the session that holds it."""
+    """Returns the devices found on the host of a daemon. Does not take command away from the session that has it."""
     session = open_session(url_of(given.on, None), f"devices-scan-{os.getpid()}", token=given.token, command=False)
     try:
         return searched(on_host_of(Remote(session)), given.kind, where)
@@ -66,7 +66,7 @@ def _found_on(given: argparse.Namespace, where: Mapping[str, Any]) -> Found:
 
 
 def options(words: Iterable[str], declared: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """Parses a driver's options from the command line: `--port /dev/ttyUSB0 --timeout "20 ms"`, each of its declared kind."""
+    """Parses a driver's options from the command line, `--port /dev/ttyUSB0 --timeout "20 ms"`, each according to its declared kind."""
     kinds = {option["name"]: option for option in declared}
     taken: dict[str, Any] = {}
     rest = iter(words)
@@ -83,7 +83,7 @@ def options(words: Iterable[str], declared: Iterable[Mapping[str, Any]]) -> dict
 
 
 def _value(text: str, option: Mapping[str, Any]) -> Any:
-    """Parses the text as the kind of the option: a list or table as JSON, a list also as comma-separated words."""
+    """Parses the text according to the kind of the option: a list or table as JSON; a list also as comma-separated words."""
     name, kind = option["name"], option["kind"]
     if kind == "text":
         return text

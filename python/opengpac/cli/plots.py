@@ -20,7 +20,7 @@ from ..values.quantities import duration_ns
 
 
 def add_to(commands: Any) -> None:
-    """Adds both to the commands of the parser."""
+    """Adds both commands to the parser."""
     record = commands.add_parser("record", help="run a program and record every system that it makes")
     record.add_argument(
         "-o", "--output", metavar="FILE", required=True, help="path of the MCAP file; further systems add their names to it"
@@ -43,7 +43,7 @@ def add_to(commands: Any) -> None:
 
 
 class _Recording(programs.Watcher):
-    """Records every system of the program, each into a separate file."""
+    """Watcher that records every system of the program, each into a separate file."""
 
     def __init__(self, given: argparse.Namespace) -> None:
         self.given = given
@@ -101,7 +101,7 @@ def _between(of: np.ndarray, begin: float | None, end: float | None) -> np.ndarr
 
 
 def _columns(name: str, of: np.ndarray) -> Iterator[tuple[str, np.ndarray]]:
-    """Yields the numbers of a series, one column each: the elements of an array, the members of a struct."""
+    """Yields a series as columns of numbers: one for each element of an array or member of a struct."""
     values = of["value"] if of.dtype.names == ("number", "time", "value") else of
     if values.dtype.names:
         for member in values.dtype.names:

@@ -59,5 +59,5 @@ def _draw(name: str, file: Path) -> None:
 
 
 def _installed(arm: Any) -> str:
-    """Returns `yes`, or the command that installs the arm's package."""
+    """Returns `yes`, or the command that installs the arm's package if it is not installed."""
     return "yes" if arm.is_installed() else arm.package.installing

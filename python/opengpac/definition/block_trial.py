@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 _TIMES_MAX = 10_000_000
-"""Maximum number of invocations of one trial: all stored values are kept until its end."""
+"""Maximum number of invocations of one trial, because all values are kept until it ends."""
 
 
 class Trial:
@@ -53,8 +53,8 @@ def _depth(item: Item) -> int:
 
 
 def _shape(value: Any) -> tuple[int, ...]:
-    """Returns the shape of a value. A struct has none, since its members have different shapes; a list of structs counts one per
-    invocation."""
+    """Returns the shape of a value. A struct has no shape, since its members differ; for a list of structs, the length is the number of
+    invocations."""
     try:
         return np.shape(value)
     except ValueError:
@@ -62,7 +62,7 @@ def _shape(value: Any) -> tuple[int, ...]:
 
 
 def _series(item: Item, value: Any) -> tuple[Any, int]:
-    """Returns the value of an input as JSON, and the number of invocations it covers: 0 for a constant."""
+    """Returns the value of an input as JSON, and the number of invocations that it covers: 0 for a constant."""
     shape = _shape(value)
     if len(shape) > _depth(item):
         return plain(value, f"input '{item.name}'"), shape[0]

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """Function blocks in Python: an interface and the location of the code. `block(k=2.0)` is a use with constants,
-`block.labelled("filter")` an occurrence whose ports are attributes, `block.run(u=...)` a trial without a system."""
+`block.labelled("filter")` an occurrence whose ports are attributes, and `block.run(u=...)` a trial without a system."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 
 
 class FunctionBlock(DeclaredNames):
-    """A function block: an application subroutine (`Block`) or a data flow graph (`Graph`). Both look the same from outside."""
+    """A function block: an application subroutine (`Block`) or a data flow graph (`Graph`). Both have the same interface."""
 
     def _tried(self, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
-        """Runs a trial as described in `run`, with the values in one dictionary."""
+        """Runs a trial as described in `run`, with the input values and constants in one dictionary."""
         raise NotImplementedError
 
 
@@ -36,7 +36,7 @@ class Item:
     """One item of an interface: `name`, `kind`, `mode`, `type`, `unit`, `range` (`"(0, 10]"`, or empty), `doc`, `has_default`.
 
     `sized` is True if its length is the block's size; `least` and `most` limit a size; `initial` contains the bytes of its default or
-    preset; `history` is the number of last values that it reads, or 0.
+    preset; `history` is the number of most recent values that it reads, or 0.
     """
 
     def __init__(self, item: Mapping[str, Any]) -> None:
@@ -56,7 +56,7 @@ class Item:
         self.history: int = item.get("history", 0)
 
     def check(self, value: Any, what: str) -> None:
-        """Raises `OutOfRange` for a number, or text with a unit, outside the range. `what` describes the value in the message."""
+        """Raises `OutOfRange` for a number, or text with a unit, outside the range. The message calls the value `what`."""
         given = plain(value, what)
         with refusals:
             number = _native.number_in(given, self.unit) if isinstance(given, str) else given
@@ -75,15 +75,15 @@ class Item:
 class Block(TableDisplay, FunctionBlock):
     """An application subroutine. Its five components: `inputs`, `outputs`, `devices`, `conditions`, `parameters`.
 
-    Made by `gpac.library` (`lib.lowpass`) and by `cell.download` (`code.lowpass`). Each component is a dictionary, name → item.
-    `types` has the declarations of struct types, `module` is `"library"` or the file of its code, `system` the system that downloaded
-    it, or None.
+    Obtained from `gpac.library` (`lib.lowpass`) or `cell.download` (`code.lowpass`). Each component is a dictionary, name → item.
+    `types` contains the declarations of struct types, `module` is `"library"` or the file of its code, and `system` is the system
+    that downloaded it, or None.
     """
 
     period_ns: int | None = None
-    """The only interval at which the block can be activated."""
+    """The only interval at which the block may be activated; None if it may be any."""
     names: Mapping[str, Sequence[str]] = {}
-    """Joints of each port, in the port's order."""
+    """Joint names of each port, in the port's order."""
     native: bool = True
     """True if the block runs without an interpreter."""
 
@@ -98,7 +98,7 @@ class Block(TableDisplay, FunctionBlock):
 
     @property
     def _own_interval(self) -> str:
-        """Returns the text that precedes `period_ns` in messages."""
+        """Returns the wording that precedes `period_ns` in messages."""
         return f"block '{self.name.rpartition('.')[2]}' takes steps of"
 
     def _instead(self, name: str) -> str:
@@ -150,8 +150,8 @@ class Block(TableDisplay, FunctionBlock):
         `steps` is the number of invocations; by default it is the length of the shortest series of values, or one. `every` is the
         interval between two invocations, for blocks that measure time. Raises `CallError` for a name that the block does not have.
 
-        An error in the block is reported as its `fault`, with all earlier results: faults are contained as in a firing, and one
-        invocation may take 1 s at most.
+        An error in the block is reported as its `fault`, with all earlier results: faults are contained as in a firing, and an
+        invocation may take at most 1 s.
         >>> from opengpac import library as lib
         >>> lib.lowpass.run(alpha=0.5, u=[1.0, 1.0]).y
         array([0.5 , 0.75])
@@ -162,7 +162,7 @@ class Block(TableDisplay, FunctionBlock):
         return block_trial.run(self, steps, every, given)
 
     def source_json(self) -> dict[str, Any]:
-        """Returns the model's name of the block."""
+        """Returns the block's reference in the model's format."""
         return {"subroutine": self.name}
 
     def __repr__(self) -> str:
@@ -171,7 +171,7 @@ class Block(TableDisplay, FunctionBlock):
 
     @CallSignature
     def __signature__(self) -> Signature:
-        """Signature with the constants of a use, for completion."""
+        """Call signature, with the constants of a use, for code completion."""
         constant = [item for item in self.items.values() if item.kind in ("parameter", "size", "input", "condition")]
         return Signature([Parameter(item.name, Parameter.KEYWORD_ONLY, default=...) for item in constant])
 
@@ -185,7 +185,7 @@ class Block(TableDisplay, FunctionBlock):
 
 @all_taking
 class BlockUse(DeclaredNames):
-    """A block or graph with constants, not yet labelled. Made by calling one: `lib.lowpass(alpha=0.3)`.
+    """A block or graph with constants, not yet labelled. Created by calling a block: `lib.lowpass(alpha=0.3)`.
 
     `block` is the block or graph. `constants` are values by the names of its inputs and parameters: numbers, sequences of the item's
     shape, structs as tuples or dicts. A number is in the item's unit; a string includes a unit, `"20 ms"`. `place` is the line of the
@@ -202,7 +202,7 @@ class BlockUse(DeclaredNames):
         return Occurrence(label, self)
 
     def json(self) -> dict[str, Any]:
-        """Returns the model's form."""
+        """Returns the block use in the model's format."""
         return {
             "block": self.block.source_json(),
             "constants": {name: plain(value, f"the constant for '{name}'") for name, value in self.constants.items()},
@@ -221,7 +221,7 @@ class BlockUse(DeclaredNames):
 
 
 class Reference(str):
-    """Name of a port, condition or parameter: text, `planner.goal`, accepted wherever a name is.
+    """Name of a port, condition or parameter: a string such as `planner.goal`, accepted wherever a name is.
 
     `sum.u[0]` is an element of an array port.
     """
@@ -233,9 +233,9 @@ class Reference(str):
 
 
 class Occurrence:
-    """A labelled use of a block: its items are attributes, `planner.goal`, accepted wherever `"planner.goal"` is.
+    """A labelled use of a block. Its items are attributes: `planner.goal` is accepted wherever `"planner.goal"` is.
 
-    Made by `block.labelled("planner")`.
+    Created by `block.labelled("planner")`.
     """
 
     def __init__(self, label: str, use: BlockUse) -> None:
@@ -271,7 +271,7 @@ Names: TypeAlias = "Sequence[Name] | Name"
 
 
 def use_of(block: object, label: str) -> BlockUse:
-    """Returns the use that a value of `blocks=` stands for."""
+    """Returns the block use for a value of `blocks=`."""
     if isinstance(block, BlockUse):
         return block
     if isinstance(block, Occurrence):
@@ -286,7 +286,7 @@ def use_of(block: object, label: str) -> BlockUse:
 
 
 def uses_of(blocks: Any) -> dict[str, BlockUse]:
-    """Returns `blocks=` as a dictionary of uses: label → block, or occurrences in a sequence."""
+    """Converts `blocks=` to a dictionary of uses by label; also accepts a sequence of occurrences."""
     if isinstance(blocks, Mapping):
         return {str(label): use_of(block, str(label)) for label, block in blocks.items()}
     if not isinstance(blocks, Iterable) or isinstance(blocks, str | bytes):
@@ -306,7 +306,7 @@ def uses_of(blocks: Any) -> dict[str, BlockUse]:
 
 
 def names_of(names: Any) -> list[str]:
-    """Returns a set of port names from one name or several."""
+    """Returns a list of port names, given one name or several."""
     if isinstance(names, str | Occurrence):
         return [str(names)]
     if not isinstance(names, Iterable) or isinstance(names, bytes):
@@ -327,7 +327,7 @@ def names_of(names: Any) -> list[str]:
 
 
 def mapping_of(mapping: Mapping[Any, Any] | None) -> dict[str, list[str]]:
-    """Returns a mapping of names to sets of names: χ, ψ or ρ in the model's form."""
+    """Returns a mapping of names to sets of names: χ, ψ or ρ in the model's format."""
     if mapping is not None and not isinstance(mapping, Mapping):
         refuse(DefinitionError, f"a mapping must be a dictionary, not {mapping!r}", "write {'name': 'label.port'}")
     return {str(name): names_of(targets) for name, targets in (mapping or {}).items()}
@@ -346,7 +346,7 @@ def systems_of(uses: Iterable[BlockUse]) -> set[System]:
 
 
 def modules_of(uses: Iterable[BlockUse]) -> dict[str, str]:
-    """Returns the code modules of the component data base that contain these blocks, outside the standard library: name → file."""
+    """Returns the code modules of the component data base that contain these blocks, excluding the standard library: name → file."""
     found: dict[str, str] = {}
     for use in uses:
         if not isinstance(use.block, Block):

@@ -16,7 +16,7 @@ from .blocks import Name, names_of
 
 @dataclass(frozen=True)
 class Interval:
-    """An execution interval; made by `gpac.interval`, with the same `every` and `tunable`."""
+    """An execution interval. Created by `gpac.interval`, with the same `every` and `tunable`."""
 
     every: Quantity
     tunable: bool = False
@@ -24,7 +24,7 @@ class Interval:
 
 @taking
 def interval(every: Quantity, *, tunable: bool = False) -> Interval:
-    """Makes an execution interval, `every="20 ms"`; if `tunable`, `vi.set(every={...})` may change it while the verb runs.
+    """Creates an execution interval, `every="20 ms"`; if `tunable`, `vi.set(every={...})` may change it while the verb runs.
     >>> activate("generator", every=interval("20 ms", tunable=True))["tunable"]
     True
     """
@@ -32,7 +32,7 @@ def interval(every: Quantity, *, tunable: bool = False) -> Interval:
 
 
 Command: TypeAlias = dict[str, Any]
-"""A function block command in the model's form."""
+"""A function block command in the model's format."""
 
 
 @taking
@@ -67,7 +67,7 @@ def activate(block: Name, every: Quantity | Interval | None = None, *, budget: Q
 
 @taking
 def deactivate(block: Name) -> Command:
-    """Ends repetitive execution of a block."""
+    """Ends the repetitive execution of a block."""
     return {"command": "deactivate", "block": str(block)}
 
 
@@ -91,7 +91,7 @@ def ready() -> Command:
 
 
 def checked(command: Any, where: str) -> Command:
-    """Returns the command; refuses anything else."""
+    """Checks that the value is a command, and returns it."""
     if isinstance(command, dict) and "command" in command:
         return command
     refuse(

@@ -2,7 +2,7 @@
 """Composition: combines verbs into one verb, whose transitions lead from part to part without Python in the loop.
 
 `compose` is the explicit form; `approach.then("contact", grasp)`, `approach >> grasp` and `together(a, b)` are short forms. The
-model, in Rust, defines the meaning of a composition and which parts fit together; this module only writes it down.
+model, in Rust, defines the meaning of a composition and which parts can be combined; this module only writes the definition.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ Transitions: TypeAlias = "Mapping[tuple[str, str], str] | Mapping[tuple[Any, str
 
 @dataclass(frozen=True)
 class _Step:
-    """A line of the augmented τ, as written."""
+    """One line of the augmented τ, as specified."""
 
     origins: tuple[str, ...]
     condition: str | None
@@ -46,7 +46,7 @@ class _Step:
 
 @dataclass(frozen=True)
 class Composition:
-    """Parts of a composed verb, as written."""
+    """Parts of a composed verb, as specified."""
 
     name: str
     parts: Mapping[str, AnyVerb]
@@ -60,10 +60,10 @@ class Composition:
     until: str = "any"
     doc: str = ""
     open: bool = False
-    """True if `then` appends to this composition rather than taking it as one part."""
+    """True if `then` appends to this composition instead of treating it as a single part."""
 
     def json(self) -> dict[str, Any]:
-        """Returns the model's form."""
+        """Returns the composition in the model's format."""
         return {
             "name": self.name, "doc": self.doc, "parts": {label: verb.json() for label, verb in self.parts.items()},
             "transitions": [step.json() for step in self.steps], "initial": self.initial, "rename": dict(self.rename),
@@ -73,14 +73,15 @@ class Composition:
 
 
 class ComposedVerb(Verb[..., Report]):
-    """A verb made of verbs; it is called, placed and composed like any other. Made by `gpac.compose`, `gpac.together`, `then` and `>>`.
+    """A verb composed of verbs; it is called, placed and composed like any other. Created by `gpac.compose`, `gpac.together`, `then` and
+    `>>`.
 
     Its blocks, cells and command lists carry the label of their part (`grasp.start`), as do the keys of `conditions` and
     `output_values`, which have one line for each part.
     """
 
     _definition_kind = "compositions"
-    """Section of a definition file."""
+    """Section of a definition file that holds composed verbs."""
 
     def __init__(self, composition: Composition) -> None:
         self.composition = composition
@@ -117,7 +118,7 @@ class ComposedVerb(Verb[..., Report]):
         return set().union(*(part._own_systems() for part in self._parts.values()))
 
     def json(self) -> dict[str, Any]:
-        """Returns the model's form."""
+        """Returns the composed verb in the model's format."""
         return self._made
 
     def raising(self, exception: type[Terminated]) -> Verb[..., Report]:
@@ -129,7 +130,7 @@ class ComposedVerb(Verb[..., Report]):
         )
 
     def reported(self, key: str) -> str:
-        """Returns the name in reports of the line `key` of the tables of conditions and outputs."""
+        """Returns the name that reports use for the line `key` of the tables of conditions and outputs."""
         return key.rsplit(".", 1)[-1]
 
     def _blocks_of_parts(self) -> None:
@@ -144,7 +145,7 @@ class ComposedVerb(Verb[..., Report]):
         return self.composition.rename.get(f"{label}.{name}", name)
 
     def _written(self, name: str, parameter: InputParameter) -> InputParameter:
-        """Returns an input parameter that is written, or omitted, as in the part that defines it."""
+        """Returns the input parameter with the conversion and the default member that its part defines."""
         for label, part in self._parts.items():
             for own, given in part.input_parameters.items():
                 if (given.member or given.form) and self._renamed(label, own) == name:
@@ -173,7 +174,8 @@ class ComposedVerb(Verb[..., Report]):
         )
 
     def _awaited(self, line: Mapping[str, Any]) -> Iterable[type[Terminated]]:
-        """Yields the exception classes of parts that end a list together: parts whose own list follows the same system condition."""
+        """Yields the exception classes of parts that end a list together, that is, parts in which the same system condition leads to a
+        list of their own."""
         for condition in (c for (begins, c), to in self.transitions.items() if begins == "start" and [to] == line["during"]):
             for part in self._parts.values():
                 begins = part.initial or next(iter(part.command_lists), "")
@@ -181,7 +183,7 @@ class ComposedVerb(Verb[..., Report]):
                 yield from (t.raises for t in part.conditions.values() if t.raises is not None and own in t.during)
 
     def _placed(self) -> tuple[dict[str, str], dict[str, int]]:
-        """Returns the placements of the parts by `on`, and the intervals changed there."""
+        """Returns the placements set by `on` for the parts, and the intervals that it changed."""
         shared = set(self.composition.share)
         placement: dict[str, str] = {}
         intervals: dict[str, int] = {}
@@ -209,8 +211,8 @@ _both: dict[tuple[type[Terminated], ...], type[Terminated]] = {}
 
 
 def _one_class(classes: list[type[Terminated]]) -> type[Terminated]:
-    """Returns the exception class for several parts that end at once: it derives from each of theirs, so that `except` for any one
-    catches it."""
+    """Returns an exception class for several parts that end at once: a subclass of the exception classes of all parts, so that an
+    `except` clause for any of them catches it."""
     if len(classes) <= 1:
         return classes[0] if classes else Terminated
     bases = tuple(c for c in classes if not any(c is not other and issubclass(other, c) for other in classes))
@@ -234,12 +236,12 @@ def compose(
     share: Sequence[str] = (),
     doc: str = "",
 ) -> ComposedVerb:
-    """Makes one verb of several: `compose("pick", {"approach": approach, "grasp": grasp}, transitions={("approach", "contact"):
+    """Composes several verbs into one: `compose("pick", {"approach": approach, "grasp": grasp}, transitions={("approach", "contact"):
     "grasp"})`.
 
     `name` is the verb's name. `parts` are verbs by label, verbs (labelled by their names), or a chain made by `then` and `>>`, which
-    gets a name here. A line of `transitions` leads from a part (every list of it that the condition ends), one list
-    (`"approach.back_off"`) or a tuple of those to a part (its initial list) or list; the condition None stands for every normal end
+    receives its name here. A line of `transitions` leads from a part (every list of it that the condition ends), one list
+    (`"approach.back_off"`) or a tuple of lists to a part (its initial list) or list; the condition None stands for every normal end
     except a halt. `initial` is the first part. `rename={"grasp.speed": "closing_speed"}` renames a parameter, object, output or
     condition of one part, `{"grasp.*": "hand_*"}` every parameter, object and output of it that no other line renames;
     `preset={"approach.speed": 0.1}` fixes the value of an input of one part; `share=["servo"]` merges the blocks of that label into
@@ -286,14 +288,15 @@ def together(
     until: str = "any",
     doc: str = "",
 ) -> ComposedVerb:
-    """Makes one verb that runs several at once: their union, with one initial list, `start`, of the leading commands of all, in order.
+    """Combines several verbs into one that runs them at the same time. Its one initial list, `start`, contains the leading commands of
+    all parts, in order.
 
     `until="any"`: the first condition that ends a part ends all, and returns the outputs that each part defines for it.
     `until="all"`: the verb ends with `completed` when each part has reached a normal end, and returns the outputs of all; a finished
     part keeps running until then, and a failed part ends all. A transition leaves that list as a whole; if a system condition
-    (`halted`, `time_limit`) leads several parts on to lists of their own, those lists form one list too, which ends when all parts
-    have ended it. Parts must not write the same SVV, and only one of the initial lists may contain a wait. `name`, `rename`,
-    `preset`, `share` and `doc` are those of `compose`; the default name is that of the parts, `a_and_b`.
+    (`halted`, `time_limit`) leads several parts to lists of their own, those lists also form one list, which ends when all parts have
+    ended it. Parts must not write the same SVV, and only one of the initial lists may contain a wait. `name`, `rename`, `preset`,
+    `share` and `doc` are as in `compose`; by default, the name joins the names of the parts, `a_and_b`.
     """
     if until not in ("any", "all"):
         refuse(DefinitionError, f"until= must be 'any' or 'all', not {until!r}", "write until='any' or until='all'")
@@ -306,7 +309,7 @@ def together(
 
 
 def then(verb: AnyVerb, condition: str | None, following: AnyVerb, label: str | None) -> ComposedVerb:
-    """Makes `verb.then(condition, following)`: extends a chain by one part, or begins a chain with any other verb."""
+    """Implements `verb.then(condition, following)`: extends a chain by one part; any other verb starts a new chain."""
     for part in (verb, following):
         _check_verb(part, "a composition")
     chain = Composition("", {verb.name: verb}, here(), open=True)

@@ -15,7 +15,7 @@ from .blocks import Names, names_of
 
 @dataclass(frozen=True)
 class Termination:
-    """One line of a verb's table of conditions; made by `on`, with the same parameters. `place` is the line of the program."""
+    """One line of a verb's table of conditions. Created by `on`, with the same parameters. `place` is the line of the program."""
 
     on: tuple[str, ...]
     returns: tuple[str, ...] | None
@@ -26,7 +26,7 @@ class Termination:
     alarm: str | None = None
 
     def json(self) -> dict[str, Any]:
-        """Returns the model's form."""
+        """Returns the termination condition in the model's format."""
         return {
             "on": list(self.on), "returns": None if self.returns is None else list(self.returns), "raises": self.raises is not None,
             "during": list(self.during), "priority": self.priority, "alarm": self.alarm, "place": self.place.json(),
@@ -43,11 +43,12 @@ def on(
     priority: int = 0,
     alarm: str | None = None,
 ) -> Termination:
-    """Makes a termination condition: `on("near.done", returns=["position"])`, `on("force.above", raises=Collision)`.
+    """Creates a termination condition: `on("near.done", returns=["position"])`, `on("force.above", raises=Collision)`.
 
     Without block conditions it stands for the system condition of its own name (`time_limit`, `halted` …). With `returns` and no
-    `raises` the end is normal. `during` limits it to one or more command lists. If two occur in one firing, the larger `priority`
-    acts. Each time it acts it raises `alarm`, the code of a defined alarm: `cell.alarms.define("E101", …)`.
+    `raises` the end is normal. `during` limits it to one or more command lists. If two conditions occur in one firing, the one with
+    the larger `priority` takes effect. Each time the condition takes effect it raises `alarm`, the code of a defined alarm:
+    `cell.alarms.define("E101", …)`.
     """
     if isinstance(raises, bool) or raises is None:
         raises = Terminated if raises else None
@@ -71,7 +72,7 @@ def on(
 
 
 def termination_of(given: Any, name: str) -> Termination:
-    """Returns a value of `conditions=`: `on(...)`, or a block condition alone."""
+    """Returns the termination for a value of `conditions=`: `on(...)`, or just a block condition."""
     if isinstance(given, Termination):
         return given
     if isinstance(given, str | list | tuple):

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Demands of some blocks on their users: a fixed activation interval, the order of joints at their ports, or a processor of their own.
-Attributes of `Block` declare them; nothing here depends on the maker of the block."""
+"""Special requirements of blocks: a fixed activation interval, the order of joints at their ports, or a dedicated processor. Blocks
+declare them as attributes of `Block`, regardless of the module that creates the block."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def check_rates(uses: Mapping[str, BlockUse], lists: Mapping[str, Sequence[Mapping[str, Any]]]) -> None:
-    """Refuses command lists that activate a block at an interval other than its own."""
+    """Refuses command lists that activate a block at an interval other than its fixed one."""
     for command in (command for commands in lists.values() for command in commands):
         label, every = str(command.get("block")), command.get("every_ns")
         block = uses[label].block if label in uses else None
@@ -34,7 +34,7 @@ def _text(ns: int) -> str:
 def check_order(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> None:
     """Refuses joint variables that are bound to a port in an order other than the block's.
 
-    A variable belongs to a joint if its name contains the joint's, `ur5e.wrist_1.sensed`. Variables without a joint name are not
+    A variable belongs to a joint if its name contains the joint's name, `ur5e.wrist_1.sensed`. Variables without a joint name are not
     compared.
     """
     for parameter, targets in verb.instantiation_parameters.items():
@@ -56,8 +56,8 @@ def check_order(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> None:
 
 
 def check_names(taker: str, names: Sequence[str], giver: str, bound: Sequence[str]) -> None:
-    """Refuses joint variables in an order other than that of `names`. Messages call the two ends `taker` and `giver`; `bound` are the
-    variables."""
+    """Refuses joint variables in an order other than that of `names`. `taker` and `giver` name the two ends in messages; `bound`
+    contains the variables."""
     if names and len(bound) == len(names) and _differ(bound, names):
         text = f"{taker} expects the order {', '.join(names)}, but {giver} has {', '.join(bound)}"
         refuse(DefinitionError, text, "bind them in the order of the policy")
@@ -69,7 +69,8 @@ def _differ(bound: Sequence[str], names: Sequence[str]) -> bool:
 
 
 def interpreted(uses: Mapping[str, BlockUse], within: str = "") -> Iterator[tuple[str, str]]:
-    """Yields label and name of each block that needs an interpreter, also within graphs: no real-time thread may wait for one."""
+    """Yields the label and the name of each block that needs an interpreter, including blocks within graphs: no real-time thread may
+    wait for an interpreter."""
     for label, use in uses.items():
         if not isinstance(use.block, Block):
             yield from interpreted(use.block.blocks, f"{within}{label}.")
@@ -78,8 +79,8 @@ def interpreted(uses: Mapping[str, BlockUse], within: str = "") -> Iterator[tupl
 
 
 def check_placed(verb: Verb[..., Any], system: System) -> None:
-    """Refuses interpreted blocks that the call places on a thread of this program. Without a placement, their first invocation is a
-    fault."""
+    """Refuses interpreted blocks that the call places on a thread of this program. A block without a placement is not refused here; its
+    first invocation is a fault."""
     for label, block in verb.interpreted_blocks:
         source = next((source for pattern, source in verb.placement.items() if _matches(pattern, label, verb.name)), None)
         there = system.sources.get(source or "")

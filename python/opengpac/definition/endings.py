@@ -1,18 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Transitions of a verb that never occur because its lists lead to its end: the model's rule, for tables and pictures."""
+"""Transitions of a verb that can never occur, because their lists only lead to its end. Applies the model's rule, for tables and
+pictures."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
 TOLD = frozenset({"halted", "aborted", "device_disabled", "time_limit", "device_lost", "processor_lost"})
-"""Conditions that command a verb to end."""
+"""System conditions that command a verb to end."""
 
 Transitions = Mapping[tuple[str, str], str]
 
 
 def never_made(transitions: Transitions, initial: str) -> set[tuple[str, str]]:
-    """Returns the transitions back to work of lists that run only after the verb was commanded to end.
+    """Returns the transitions that lead back to normal operation from lists that run only after a command to end.
     >>> chain = {("a", "halted"): "a.stop", ("a", "completed"): "b", ("a.stop", "completed"): "b"}
     >>> never_made(chain, "a")
     {('a.stop', 'completed')}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Enters definitions in a system, and checks them when they are made. The rules themselves belong to the model, in Rust."""
+"""Registers definitions in a system, and checks them when they are created. The model, in Rust, defines the rules."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Definitions:
-    """Verbs and device types registered in a system, by name, so that equal definitions are entered only once."""
+    """Verbs and device types registered in a system, by name, so that equal definitions are registered only once."""
 
     def __init__(self, native: RealTimeSystem) -> None:
         self.native = native
@@ -37,13 +37,13 @@ class Definitions:
         return described["blocks"]
 
     def enter_modules(self, uses: Iterable[BlockUse]) -> None:
-        """Downloads the code modules of the component data base that contain these blocks, each once, and again after a change."""
+        """Downloads the code modules of the component data base that contain these blocks: each once, and again if its file has changed."""
         for name, path in modules_of(uses).items():
             if self._modules.get(name) != _stamp(path):
                 self.enter_module(name, path)
 
     def enter_verb(self, verb: Verb[..., object]) -> None:
-        """Enters a verb and the device types of its objects; replaces an earlier definition of the same name."""
+        """Registers a verb and the device types of its objects; replaces an earlier definition of the same name."""
         if verb.has_modules:
             self.enter_modules(verb.blocks.values())
         for obj in verb.objects.values():
@@ -55,7 +55,7 @@ class Definitions:
             self._verbs[verb.name] = text
 
     def enter_device_type(self, device_type: type[LogicalDevice]) -> None:
-        """Enters a device type and the verb that keeps its devices running."""
+        """Registers a device type and the verb that keeps its devices running."""
         verb = device_type.definition_verb()
         if verb is not None:
             self.enter_verb(verb)
@@ -67,7 +67,7 @@ class Definitions:
 
 
 def _stamp(path: str) -> tuple[str, int]:
-    """Returns a stamp that distinguishes states of a file."""
+    """Returns a stamp that changes when the contents of a file change."""
     return path, os.stat(path).st_mtime_ns if os.path.exists(path) else 0
 
 
@@ -75,7 +75,7 @@ _alone: Definitions | None = None
 
 
 def without_system() -> Definitions:
-    """Returns the definitions of an empty system, against which definitions that use only the component data base are checked."""
+    """Returns the definitions of an empty system, used to check definitions that need only the component data base."""
     global _alone
     if _alone is None:
         with refusals:
@@ -84,7 +84,7 @@ def without_system() -> Definitions:
 
 
 def check_verb(verb: Verb[..., object], system: System | None) -> None:
-    """Checks the names of a verb. The system that downloaded a code module checks the verbs with its blocks."""
+    """Checks the names of a verb. Verbs with blocks of a code module are checked by the system that downloaded it."""
     if system is None:
         without_system().enter_verb(verb)
     else:
@@ -92,7 +92,7 @@ def check_verb(verb: Verb[..., object], system: System | None) -> None:
 
 
 def compose(parts: Iterable[Verb[..., object]], composition: Mapping[str, object], system: System | None) -> dict[str, Any]:
-    """Returns the definition of the verb for a composition, made and checked by the model."""
+    """Composes the verbs into one definition, created and checked by the model."""
     definitions = system._definitions if system is not None else without_system()
     for part in parts:
         definitions.enter_modules(part.blocks.values())
@@ -104,7 +104,7 @@ def compose(parts: Iterable[Verb[..., object]], composition: Mapping[str, object
 
 
 def check_graph(graph: Graph, system: System | None) -> None:
-    """Checks the names and the cover of a graph."""
+    """Checks the names of a graph, and that each data node is covered exactly once."""
     definitions = system._definitions if system is not None else without_system()
     definitions.enter_modules(graph.blocks.values())
     with refusals:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Code that the package generates from definitions (blocks in Python, symbolic functions, FMUs): compiled once for each content, and
-cached for later processes of this user."""
+"""Code that the package generates from definitions (blocks in Python, symbolic functions, FMUs): compiled once per content, and cached
+for later processes of this user."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .entering import without_system
 
 
 def block_name(name: str) -> str:
-    """Returns `name` if it is valid as the name of a block in C."""
+    """Returns `name` if it is a valid block name in C."""
     if not name.isidentifier() or not name.isascii():
         refuse(
             DefinitionError, f"'{name}' is not a valid name of a block", "pass name= with letters, digits and '_', starting with a letter"
@@ -32,8 +32,8 @@ def block_name(name: str) -> str:
 
 
 def kept(kind: str, name: str, key: object, source: Callable[[], str]) -> Path:
-    """Returns the shared object of block `name`; if none is cached for `key` (a JSON-compatible value), compiles the C that `source`
-    returns."""
+    """Returns the shared object of block `name`. If none is cached for `key` (a JSON-compatible value), compiles the C code that
+    `source` returns."""
     digest = hashlib.sha256(json.dumps([__version__, key]).encode()).hexdigest()[:24]
     found = folder(kind) / f"{name}-{digest}.so"
     if not found.exists():

@@ -16,8 +16,8 @@ _SHOWN = ("kind", "mode", "type", "unit", "range", "doc", "has_default", "sized"
 
 
 class GraphPort(list[str]):
-    """A port of a graph: a list of the ports of its blocks that it covers. `kind`, `mode`, `type`, `unit`, `doc` and other attributes of
-    an item are those of the output among them, else those of the first input, with the mode that the graph assigns."""
+    """A port of a graph, as the list of the block ports that it covers. `kind`, `mode`, `type`, `unit`, `doc` and other attributes are
+    those of the output in the list, or, if there is none, those of the first input, with the mode that the graph assigns."""
 
     def __init__(self, graph: Graph, name: str, ports: Iterable[str]) -> None:
         super().__init__(ports)
@@ -51,14 +51,14 @@ def _renamed(item: Item, name: str, mode: Any = None) -> Item:
 
 
 def _element(whole: Item, name: str) -> Item:
-    """Returns the item of an array port's element."""
+    """Returns the item for an element of an array port."""
     element = _renamed(whole, name)
     element.type, element.sized, element.has_default, element.initial = whole.type.partition("[")[0], False, False, b""
     return element
 
 
 def item_of(graph: Graph, port: str) -> Item:
-    """Returns the item of a name within a graph, `filter.u`, with the mode that the graph assigns."""
+    """Returns the item for a name within a graph, `filter.u`, with the mode that the graph assigns."""
     label, _, name = port.partition(".")
     inner = graph.blocks[label].block
     of, bracket, _ = name.partition("[")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def _order(graph: Graph) -> list[str]:
-    """Returns the labels in an order in which writers precede readers."""
+    """Returns the labels in an order in which each writer precedes its readers."""
     after: dict[str, set[str]] = {label: set() for label in graph.blocks}
     for ports in (*graph.cells.values(), *graph.outputs.values()):
         writers = {p.split(".")[0] for p in ports if item_of(graph, p).kind == "output"}
@@ -39,7 +39,8 @@ def _refuse_trial(graph: Graph, why: str) -> None:
 
 
 def run(graph: Graph, steps: int | None, every: Quantity, given: Mapping[str, Any]) -> Trial:
-    """Runs a trial as described in `Graph.run`: block after block, each with all values of its predecessors."""
+    """Runs a trial as described in `Graph.run`. The blocks run one after another, each for all invocations, on the values that its
+    predecessors produced."""
     ratio = next((p for p in (*graph.inputs.values(), *graph.outputs.values()) if p and str(p.item.mode).startswith("ratio")), None)
     if graph.divide or ratio is not None:
         _refuse_trial(graph, "its blocks run at several rates")

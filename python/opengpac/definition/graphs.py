@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def mode_json(mode: Any) -> Any:
-    """Returns a port mode in the model's form: `"synchronous"`, `"asynchronous"` or `gpac.ratio(5)`."""
+    """Returns a port mode in the model's format: `"synchronous"`, `"asynchronous"` or `gpac.ratio(5)`."""
     if (isinstance(mode, str) and mode in ("synchronous", "asynchronous")) or (isinstance(mode, dict) and list(mode) == ["ratio"]):
         return mode
     refuse(
@@ -37,7 +37,7 @@ def mode_json(mode: Any) -> Any:
 
 @taking
 def ratio(n: int) -> dict[str, int]:
-    """Returns the mode of a port that is updated once in n invocations."""
+    """Returns the mode of a port that is updated once every n invocations."""
     return {"ratio": whole(n, "the ratio of a port", 1, 1_000_000)}
 
 
@@ -92,7 +92,7 @@ class Graph(PictureOwner, FunctionBlock):
         return here()
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the graph to the TOML or JSON file at `path`, by its extension: `docs/files.md`.
+        """Writes the graph to the TOML or JSON file at `path`; its extension selects the format: `docs/files.md`.
 
         The file's other contents are preserved; `gpac.load` reads it.
 
@@ -121,9 +121,9 @@ class Graph(PictureOwner, FunctionBlock):
         return items_of(self, "parameters")
 
     def run(self, steps: int | None = None, every: Quantity = "1 ms", **values: Any) -> Trial:
-        """Runs the graph without a system, like `Block.run`: for each input one value or one per invocation, and constants for
-        parameters, `**{"filter.alpha": 0.5}`; `steps` and `every` are those of `Block.run`. A graph that reads its own output, or
-        runs at several rates, needs a system.
+        """Runs the graph without a system, like `Block.run`. Takes one value for each input or one per invocation, and constants for
+        parameters, `**{"filter.alpha": 0.5}`; `steps` and `every` are as in `Block.run`. A graph that reads its own output, or runs
+        at several rates, needs a system.
         >>> import opengpac as gpac
         >>> from opengpac import library as lib
         >>> twice = gpac.Graph("twice", blocks={"a": lib.gain(k=2.0)}, inputs={"u": "a.u"}, outputs={"y": "a.y"})
@@ -142,7 +142,7 @@ class Graph(PictureOwner, FunctionBlock):
 
     @CallSignature
     def __signature__(self) -> Signature:
-        """Signature with the constants of a use, for completion."""
+        """Call signature, with the constants of a use, for code completion."""
         return Signature([Parameter(name, Parameter.KEYWORD_ONLY, default=...) for name in identifiers(self.inputs)])
 
     def __call__(self, **constants: Any) -> BlockUse:
@@ -180,7 +180,7 @@ class Graph(PictureOwner, FunctionBlock):
         )
 
     def replace(self, label: str, block: Any) -> Graph:
-        """Returns a new graph in which `block` replaces the one with this `label`, with the same bindings."""
+        """Returns a new graph in which `block` replaces the block labelled `label`, with the same bindings."""
         self._known(label)
         new = self._copy()
         new.blocks[label] = use_of(block, label)
@@ -188,7 +188,8 @@ class Graph(PictureOwner, FunctionBlock):
         return new
 
     def remove(self, label: str) -> Graph:
-        """Returns a new graph without the block of this `label`: the source of its one input feeds the readers of its one output."""
+        """Returns a new graph without the block labelled `label`; the source of its only input then feeds the readers of its only
+        output."""
         self._known(label)
         new = self._copy()
         prefix = f"{label}."
@@ -204,21 +205,21 @@ class Graph(PictureOwner, FunctionBlock):
         return new
 
     def svg(self) -> str:
-        """Returns a picture as SVG: blocks with their ports, types, units and modes, and the wires between them. Nested graphs are
-        boxes.
+        """Returns a picture as SVG: blocks with their ports, types, units and modes, and the wires between them. Nested graphs are drawn
+        as boxes.
 
-        A notebook shows it automatically. Dashed wires are asynchronous, dotted ones have a ratio.
+        A notebook shows it automatically. Asynchronous wires are dashed; wires with a ratio are dotted.
         """
         from ..pictures.flow import graph_svg
 
         return graph_svg(self)
 
     def source_json(self) -> dict[str, Any]:
-        """Returns the model's name of the graph as a block."""
+        """Returns the graph's reference as a block in the model's format."""
         return {"graph": self.json()}
 
     def json(self) -> dict[str, Any]:
-        """Returns the model's form."""
+        """Returns the graph in the model's format."""
         return {
             "name": self.name, "doc": self.doc, "blocks": {label: use.json() for label, use in self.blocks.items()},
             "inputs": self.inputs, "outputs": self.outputs, "cells": self.cells, "modes": self.modes, "divide": self.divide,

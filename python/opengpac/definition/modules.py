@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class StructType:
-    """A struct type of a code module: its `name`, its C `declaration`, and the `types` that the declaration names. Made by
+    """A struct type of a code module: its `name`, its C `declaration`, and the `types` that the declaration uses. Obtained as
     `code.types.pose`."""
 
     def __init__(self, name: str, declaration: str, types: Mapping[str, str]) -> None:
@@ -52,7 +52,7 @@ class Types:
 
 
 class Module(TableDisplay, DeclaredNames):
-    """Blocks and types of a downloaded code module: `code.lowpass`, `code["lowpass"]`, `code.types.pose`. Made by `cell.download`."""
+    """Blocks and types of a downloaded code module: `code.lowpass`, `code["lowpass"]`, `code.types.pose`. Returned by `cell.download`."""
 
     def __init__(self, described: Mapping[str, Any], path: str, system: System) -> None:
         self._name: str = described["name"]
@@ -94,11 +94,11 @@ class Module(TableDisplay, DeclaredNames):
 
 
 PYTHON_TYPES = {float: "double", int: "int64_t", bool: "bool", "float": "double", "int": "int64_t", "bool": "bool"}
-"""C types of Python types."""
+"""C types by Python type and by type name."""
 
 
 def type_json(given: Any, what: str) -> tuple[str, dict[str, str]]:
-    """Returns a C type and the struct types that it needs, from a declaration, a type of a code module, or `float`, `int`, `bool`."""
+    """Returns a C type and the struct types on which it depends, from a declaration, a type of a code module, or `float`, `int`, `bool`."""
     if isinstance(given, StructType):
         return given.name, given.types
     if isinstance(given, str):

@@ -16,15 +16,15 @@ from ..values.encoding import plain
 from .blocks import Names, names_of
 
 absent: Any = object()
-"""Placeholder for an omitted default."""
+"""Placeholder for a default that was omitted."""
 
 Bound: TypeAlias = float | str
-"""An end of a range: a number, or a parameter of an object, `"arm.max_speed"`; a minus sign negates it."""
+"""One end of a range: a number, or a parameter of an object, `"arm.max_speed"`; a minus sign negates it."""
 
 
 @dataclass(frozen=True)
 class InputParameter:
-    """A line of ψ; made by `gpac.input`."""
+    """One line of ψ. Created by `gpac.input`."""
 
     targets: tuple[str, ...]
     default: Any
@@ -38,11 +38,11 @@ class InputParameter:
 
     @property
     def has_default(self) -> bool:
-        """True if the definition includes a default."""
+        """True if the definition provides a default."""
         return self.default is not absent
 
     def json(self) -> dict[str, Any]:
-        """Returns the model's form."""
+        """Returns the declaration in the model's format."""
         return {
             "targets": list(self.targets), "default": self.value(self.default, {}) if self.has_default else None, "tunable": self.tunable,
             "unit": self.unit, "within": None if self.within is None else list(self.within), "counted_from": self.counted_from,
@@ -50,11 +50,11 @@ class InputParameter:
         }  # fmt: skip
 
     def value(self, given: Any, objects: Mapping[str, Any], what: str = "the value") -> Any:
-        """Returns the value of a call in the model's form. `what` describes it in refusals."""
+        """Returns the value of a call in the model's format. Error messages call it `what`."""
         return plain(self.form(given, objects) if self.form is not None else given, what)
 
     def of_object(self, name: str, objects: Mapping[str, Any]) -> Any:
-        """Returns the object's attribute that replaces an omitted value."""
+        """Returns the attribute of the object that supplies the default."""
         root, _, rest = self.member.partition(".")
         try:
             return plain(operator.attrgetter(rest)(objects[root]))
@@ -83,8 +83,8 @@ def input(
 
     `within` is its range, checked before a start: numbers, or parameters of an object, `("arm.position_min", "arm.position_max")`,
     `("-arm.max_speed", "arm.max_speed")`; a value outside raises `OutOfRange`. With a range, `"30 %"` means that fraction of the
-    maximum value, and one number for an array applies to each device. `counted_from="arm.commanded"` checks the sum of that SVV and
-    the value.
+    maximum value, and one number for an array applies to each device. `counted_from="arm.commanded"` makes the check apply to the sum
+    of that SVV and the value.
 
     `member="arm.chain"`: the default is that attribute of the object `arm`, read at each start. `form(given, objects)` converts the
     argument into the value for the ports: a short list into a table of fixed size.
@@ -96,7 +96,7 @@ def input(
 
 @dataclass(frozen=True)
 class Requirement:
-    """Property that the devices of an object must have when a verb starts; made by `required`."""
+    """Property that the devices of an object must have when a verb starts. Created by `required`."""
 
     raises: type[Error]
     when: str | None
@@ -104,16 +104,16 @@ class Requirement:
     place: Place
 
     def json(self) -> dict[str, Any]:
-        """Returns the model's form."""
+        """Returns the requirement in the model's format."""
         return {"raises": self.raises.__name__, "when": self.when, "remedy": self.remedy, "place": self.place.json()}
 
 
 @taking
 def required(raises: type[Error], *, when: str | None = None, remedy: str = "") -> Requirement:
-    """Makes a value of `requires=`: the class that a start `raises` if the member is not true, and its `remedy`, the next step.
+    """Creates a value of `requires=`: the class that a start `raises` if the member is not true, and its `remedy`, the next step.
 
     `requires={"arm.homed": gpac.required(gpac.NotHomed, when="arm.needs_home")}`; `when` restricts it to devices whose member of that
-    name is true. The class is one of this package's refusals, `gpac.NotHomed` or `gpac.InvalidState` for example.
+    name is true. The class is one of this package's refusals, such as `gpac.NotHomed` or `gpac.InvalidState`.
     """
     if not isinstance(raises, type) or raises not in REFUSALS:
         refuse(
@@ -125,7 +125,7 @@ def required(raises: type[Error], *, when: str | None = None, remedy: str = "") 
 
 
 def requirement_of(given: Any, name: str) -> Requirement:
-    """Returns a value of `requires=`: `gpac.required(...)`, or a class alone."""
+    """Returns the requirement for a value of `requires=`: `gpac.required(...)`, or just a class."""
     if isinstance(given, Requirement):
         return given
     if isinstance(given, type) and issubclass(given, Error):
@@ -138,19 +138,19 @@ def requirement_of(given: Any, name: str) -> Requirement:
 
 
 def input_of(given: Any) -> InputParameter:
-    """Returns a value of `input_parameters=`: `gpac.input(...)`, one name or several."""
+    """Returns the input parameter for a value of `input_parameters=`: `gpac.input(...)`, one name or several."""
     return given if isinstance(given, InputParameter) else input(given)
 
 
 @dataclass(frozen=True)
 class Object:
-    """Logical devices on which a verb acts: one of a type, or several."""
+    """Logical devices on which a verb acts: one device of a type, or several."""
 
     device_type: type[LogicalDevice]
     each: bool = False
 
     def json(self) -> dict[str, Any]:
-        """Returns the model's form."""
+        """Returns the object declaration in the model's format."""
         return {"device_type": self.device_type.definition_name(), "each": self.each}
 
 
@@ -167,7 +167,7 @@ def each(device_type: type[LogicalDevice]) -> Object:
 
 
 def objects_of(objects: Mapping[str, Any] | None) -> dict[str, Object]:
-    """Returns `objects=` as name → object, from device types or `gpac.each(type)`."""
+    """Converts `objects=` to a mapping name → object, from device types or `gpac.each(type)`."""
     found: dict[str, Object] = {}
     for name, given in (objects or {}).items():
         if isinstance(given, type) and issubclass(given, LogicalDevice):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Signatures of a verb's calls: objects, instantiation parameters, then input parameters, as declared."""
+"""Signatures of a verb's calls: objects, instantiation parameters, then input parameters, in the order of declaration."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 
 def roots(verb: Verb[..., Any]) -> list[str]:
-    """Returns the instantiation parameters of a call: `drive` for `drive.position`; excludes those of objects."""
+    """Returns the instantiation parameters of a call: `drive` for `drive.position`; excludes members of objects."""
     names = dict.fromkeys(name.split(".", 1)[0] for name in verb.instantiation_parameters)
     return [name for name in names if name not in verb.objects]
 
 
 def inputs(verb: Verb[..., Any]) -> list[str]:
-    """Returns the input parameters of a start, without those that are parameters of objects."""
+    """Returns the input parameters of a start, excluding those that are parameters of objects."""
     return [name for name in verb.input_parameters if name.split(".", 1)[0] not in verb.objects]
 
 
@@ -31,7 +31,7 @@ def _default(verb: Verb[..., Any], name: str) -> Any:
 
 
 def call_signature(verb: Verb[..., Any], function: Any) -> Signature:
-    """Returns the signature of `verb(...)`, or the signature of the function from which it was made, whose defaults it adopts."""
+    """Returns the signature of `verb(...)`; if the verb was made from a function, that function's signature, including its defaults."""
     given = [*verb.objects, *roots(verb)]
     required = [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in given]
     # The model refuses names with two meanings.

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Suspension of a verb: it idles, holds, switches its channels to safe values, or comes to rest first; and its action when it is cut
-off."""
+"""Suspension of a verb: the verb idles, holds, switches its channels to safe values, or comes to rest first. Also defines the verb's
+action when it is cut off."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from .blocks import Names, names_of
 
 @dataclass(frozen=True)
 class Holding:
-    """Procedure that brings a verb to rest before suspension; made by `gpac.holding`, with the same `set` and `until`."""
+    """Procedure that brings a verb to rest before suspension. Created by `gpac.holding`, with the same `set` and `until`."""
 
     set: tuple[str, ...]
     until: tuple[str, ...]
 
     def json(self) -> dict[str, Any]:
-        """Returns the model's form."""
+        """Returns the procedure in the model's format."""
         return {"holding": [{"set": of, "until": until} for of, until in zip(self.set, self.until, strict=True)]}
 
 
@@ -28,7 +28,7 @@ class Holding:
 def holding(set: Names, until: Names) -> Holding:
     """Suspends by setting `set`, a bool input or parameter, and waiting for the condition `until`; `resume` clears it.
 
-    For several blocks that move at different times or in parallel: a list of inputs, and a list of their conditions in the same
+    For several blocks that move at different times or in parallel, pass a list of inputs, and a list of their conditions in the same
     order. The verb is suspended when the conditions of all active blocks have occurred: immediately if none is active, and after the
     verb's `ending_limit` at the latest.
     """
@@ -43,7 +43,7 @@ def holding(set: Names, until: Names) -> Holding:
 
 
 def suspend_json(given: str | Holding, verb: str) -> Any:
-    """Returns a value of `suspend=` in the model's form."""
+    """Returns the value of `suspend=` in the model's format."""
     if isinstance(given, Holding):
         return given.json()
     if not isinstance(given, str) or given not in ("idle", "hold", "hold_last", "safe"):
@@ -56,7 +56,7 @@ def suspend_json(given: str | Holding, verb: str) -> Any:
 
 
 def cut_off_json(given: str | None, verb: str) -> str | None:
-    """Returns a value of `if_cut_off=` in the model's form."""
+    """Returns the value of `if_cut_off=` in the model's format."""
     if not isinstance(given, str | None) or given not in (None, "continue", "halt", "safe"):
         refuse(DefinitionError, f"if_cut_off= of verb '{verb}' must be a policy, not {given!r}", "write 'continue', 'halt' or 'safe'")
     return given

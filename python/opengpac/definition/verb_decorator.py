@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`@gpac.verb(...)`: makes a verb whose name, call, defaults, description and report class are those of a typed function."""
+"""The decorator `@gpac.verb(...)`: creates a verb whose name, signature, defaults, description and report class come from a typed
+function."""
 
 from __future__ import annotations
 
@@ -38,12 +39,13 @@ def verb(
     name: str | None = None,
     manual: bool = False,
 ) -> Callable[[Callable[P, R]], Verb[P, R]]:
-    """Makes a verb of a function whose body is its docstring: the mappings define its behaviour, the signature its call.
+    """Creates a verb from a function whose body is its docstring. The mappings define its behaviour, the function's signature defines
+    its call.
 
     The mappings (`blocks`, `command_lists`, `objects`, `instantiation_parameters`, `cells`, `input_parameters`, `output_values`,
     `conditions`, `transitions`, `modes`, `requires`) and `initial`, `ending`, `ending_limit`, `suspend`, `if_cut_off` and `manual`
-    are those of `gpac.Verb`. `name` defaults to the function's. A return annotation that derives from `gpac.Report` is the class of
-    its reports.
+    are as in `gpac.Verb`. `name` defaults to the function's name. If the return annotation derives from `gpac.Report`, it is the
+    class of its reports.
     """
     namespace = dict(sys._getframe(1).f_locals)
 

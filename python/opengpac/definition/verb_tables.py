@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Description of a verb for people: its table of lists and conditions, its picture, and its text."""
+"""Human-readable description of a verb: its table of lists and conditions, its picture, and its text."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class VerbTables(PictureOwner):
-    """Display of a verb, from the mappings of its definition."""
+    """Tables and picture of a verb, from the mappings of its definition."""
 
     name: str
     doc: str
@@ -31,12 +31,12 @@ class VerbTables(PictureOwner):
 
     @property
     def supports(self) -> tuple[str, ...]:
-        """Device types that the verb keeps running. A verb without any acts on devices."""
+        """Device types that the verb keeps running; empty for a verb that acts on devices."""
         return tuple(self._supported)
 
     @property
     def parts(self) -> Mapping[str, Verb[..., Any]]:
-        """Verbs from which a composed verb was made, by label; empty for other verbs."""
+        """Verbs of which a composed verb consists, by label; empty for other verbs."""
         return {}
 
     @property
@@ -45,7 +45,7 @@ class VerbTables(PictureOwner):
         return len(self.command_lists) == 1
 
     def reported(self, key: str) -> str:
-        """Returns the name in reports of a line of the tables of conditions and outputs: its `key`, without the part's label."""
+        """Returns the name that reports use for a line of the tables of conditions and outputs: its `key`, without the part's label."""
         return key
 
     def termination(self, condition: str, command_list: str) -> Termination | None:
@@ -54,7 +54,7 @@ class VerbTables(PictureOwner):
         return next((t for t in lines if not t.during or command_list in t.during), None)
 
     def table(self) -> list[tuple[str, str, str]]:
-        """Returns lists × conditions: (command list, condition, effect)."""
+        """Returns the command lists × conditions table as rows (command list, condition, effect)."""
         rows: list[tuple[str, str, str]] = []
         never = endings.never_made(self.transitions, self.initial or next(iter(self.command_lists), ""))
         for name in self.command_lists:

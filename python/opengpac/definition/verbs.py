@@ -46,7 +46,7 @@ R = TypeVar("R", covariant=True)
 
 @all_taking
 class Verb(VerbTables, DeclaredNames, Generic[P, R]):
-    """A verb, made from the paper's mappings. `gpac.verb` makes one from a typed function.
+    """A verb, defined by the paper's mappings. `gpac.verb` creates one from a typed function.
 
     `verb(...)` creates an instance, starts it, waits for its end and deletes it; `verb.asynch(...)` creates and starts one;
     `verb.new_instance(...)` only creates one. `verb.on(source)` places the verb, `verb.named("x")` names its instance.
@@ -70,18 +70,19 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
     - `modes`: port → `"synchronous"`, `"asynchronous"` or `gpac.ratio(n)`; relaxes the mode that the block declares.
     - `requires`: member or SVV of type bool that must be true at each start → `gpac.required(Error, when=, remedy=)`.
     - `initial`: the first command list; required if there are several.
-    - `ending`: the command list that runs at every end except an emergency stop, a lost processor and a second halt, for
-      `ending_limit` at most (10 s).
+    - `ending`: the command list that runs at every end except an emergency stop, a lost processor and a second halt, for at most
+      `ending_limit` (10 s).
     - `suspend`: `"idle"` (positions keep their values, and efforts, speeds or powers, which would keep driving, take idle values),
       `"hold"` (the last commands remain; refused if one of them would keep driving), `"hold_last"` (the last commands always remain),
-      `"safe"` (the channels that it writes take their safe values meanwhile) or `gpac.holding(...)` (it comes to rest first).
-    - `if_cut_off`: action of a running instance when its programming system is cut off: `"continue"`, `"halt"`, or `"safe"` (the
+      `"safe"` (the channels that it writes take their safe values in the meantime) or `gpac.holding(...)` (it comes to rest first).
+    - `if_cut_off`: what a running instance does when its programming system is cut off: `"continue"`, `"halt"`, or `"safe"` (the
       outputs of its devices take their safe values immediately, it ends with `aborted`). The default is `"halt"`, and `"continue"`
       for a verb that keeps a logical device running.
     - `doc`: description in a sentence. `manual`: allows starts on devices in manual mode too. `function` is for `gpac.verb`.
 
     Raises `DefinitionError`, `UnknownName`, `TypeMismatch`, `UnitMismatch` and similar errors, several at once as
-    `InstallationErrors`: for names and forms at definition, for rates and placement at creation, for claims and enabling at start.
+    `InstallationErrors`: for names and structure at definition, for rates and placement at creation, for claims and enabled devices
+    at start.
     >>> import opengpac as gpac
     >>> from opengpac import activate, library as lib, on
     >>> gpac.Verb("wait", blocks={"clock": lib.time_limit}, input_parameters={"seconds": "clock.limit"},
@@ -92,15 +93,15 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
     """
 
     _definition_kind = "verbs"
-    """Section of a definition file."""
+    """Section of a definition file that holds verbs."""
 
     _chain: ClassVar[Callable[[Verb[..., Any], str | None, Verb[..., Any], str | None], ComposedVerb] | None] = None
-    """Implementation of `then`, set by `composition`, a higher layer, when it is loaded."""
+    """Implementation of `then`, set by the higher layer `composition` when it is loaded."""
 
     _settable = frozenset({"layout"})
 
     _longer: tuple[str, int, Verb[..., Any], Verb[..., Any]] | None = None
-    """Result of `_takes_longer`: the input parameter, its maximum number of values, the verb for more, and this verb as it was defined."""
+    """Result of `_takes_longer`: the input parameter, its maximum number of values, the verb for longer lists, and the original verb."""
 
     def __init__(
         self: Verb[..., Report],
@@ -174,7 +175,8 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
     @overload
     def __call__(self, *args: Any, time_limit: Quantity | None, **kwargs: Any) -> R: ...
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
-        """Creates an instance, starts it, waits for its end and deletes it; returns the report or raises."""
+        """Creates an instance, starts it, waits for its end and deletes it. Returns the report, or raises an exception after an abnormal
+        end."""
         return instances.call(self, args, kwargs)
 
     @overload
@@ -192,7 +194,8 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
     # ---- options ----
 
     def on(self, where: Any = None, *, every: Mapping[str, Quantity] | None = None) -> Verb[P, R]:
-        """Returns this verb placed. `where`: one source, `{"planner": slow, "generator": fast}`, or a system; `every` changes intervals."""
+        """Returns this verb with a placement. `where` is one source, `{"planner": slow, "generator": fast}`, or a system; `every`
+        changes intervals."""
         changed = {str(label): span_ns(t, f"the interval of '{label}'") for label, t in (every or {}).items()}
         options: dict[str, Any] = {"intervals": {**self.intervals, **changed}}
         if isinstance(where, Source):
@@ -205,14 +208,15 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
         return self._with(options)
 
     def named(self, name: str) -> Verb[P, R]:
-        """Returns this verb; its next instance has that `name`."""
+        """Returns this verb with a `name` for its next instance."""
         return self._with({"instance_name": name})
 
     def raising(self, exception: type[Terminated]) -> Verb[P, R]:
-        """Returns this verb with normal ends that raise `exception`, such as a recovery in a composition that must not count as success.
+        """Returns a copy of this verb whose normal ends raise `exception`, for example for a recovery in a composition that must not
+        count as success.
 
         `gpac.compose("insert", {"push": push, "back": retract.raising(Jammed)}, transitions={("push", "jammed"): "back"})` retracts,
-        then raises `Jammed`, whose `report` contains the way and the outputs. `>>` is refused, since no normal end remains.
+        then raises `Jammed`, whose `report` contains the transitions and the outputs. `>>` is refused, since no normal end remains.
         """
         if not (isinstance(exception, type) and issubclass(exception, Terminated)):
             refuse(
@@ -227,14 +231,14 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
         return new
 
     def _takes_longer(self, parameter: str, most: int, longer: Verb[P, R]) -> None:
-        """Turns calls with more than `most` values of an input `parameter` into calls of `longer`, which has the same labels, conditions
-        and parameters and larger tables. `new_instance`, which does not know the values, is unaffected. Call it right after the
+        """Redirects calls with more than `most` values of an input `parameter` to `longer`, which has the same labels, conditions and
+        parameters, but larger tables. `new_instance`, which does not know the values, is unaffected. Call this right after the
         definition."""
         self._longer = (parameter, most, longer, copy.copy(self))
 
     def _fitting(self, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Verb[P, R]:
-        """Returns the verb with room for the values of a call: this one, or the one set by `_takes_longer`, placed and named like this
-        one."""
+        """Returns the verb with enough capacity for the values of a call: this one, or the one set by `_takes_longer`, with the
+        placement and name of this one."""
         if self._longer is None:
             return self
         parameter, most, longer, defined = self._longer
@@ -267,8 +271,8 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
         except a halt.
 
         `approach.then("contact", grasp)` continues in the firing that reports the contact, without Python. It can be chained;
-        `gpac.compose("pick", approach.then("contact", grasp))` names the whole. `label` is that of the part, by default its verb's
-        name.
+        `gpac.compose("pick", approach.then("contact", grasp))` gives the chain a name. `label` is the label of the new part, by
+        default the name of its verb.
         """
         if Verb._chain is None:
             importlib.import_module(f"{__package__}.composition")
@@ -276,16 +280,17 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
         return Verb._chain(self, condition, following, label)
 
     def __rshift__(self, following: Verb[..., Any]) -> ComposedVerb:
-        """Returns `approach >> grasp`: this verb, followed by the other one at each of this one's normal ends."""
+        """Returns `approach >> grasp`: this verb, followed by the other one at each normal end."""
         return self.then(None, following)
 
     # ---- the definition ----
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the verb to the TOML or JSON file at `path`, by its extension, with the graphs that it uses: `docs/files.md`.
+        """Writes the verb to the TOML or JSON file at `path`, together with the graphs that it uses; the extension selects the format:
+        `docs/files.md`.
 
-        The file's other contents are preserved; `gpac.load` reads it. A function from which the verb was made is not written: after
-        loading, the verb is called by its parameters.
+        The file's other contents are preserved; `gpac.load` reads it. If the verb was made from a function, the function is not
+        written: after loading, the verb is called by its parameters.
 
         `layout`, the positions of its boxes and lists in an editor, is written unchanged.
         """
@@ -297,7 +302,8 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
         return here()
 
     def own_system(self) -> System | None:
-        """System whose code modules contain its blocks, or blocks of the verbs that keep its devices running, or None."""
+        """System whose code modules contain blocks of this verb, or of the verbs that keep its devices running; None if it uses no code
+        modules."""
         return self._own_system()
 
     def _own_system(self) -> System | None:
@@ -312,7 +318,7 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
 
     @functools.cached_property
     def _block_systems(self) -> frozenset[System]:
-        """Systems whose code modules contain the verb's blocks; cached, since a definition does not change."""
+        """Systems whose code modules contain the verb's blocks. Cached, because a definition does not change."""
         return frozenset(systems_of(self.blocks.values()))
 
     def _own_systems(self) -> set[System]:
@@ -325,27 +331,27 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
 
     @CallSignature
     def __signature__(self) -> Signature:
-        """Signature of a call, with the time limit common to all verbs."""
+        """Signature of a call, including the time limit that all verbs accept."""
         limit = Parameter("time_limit", Parameter.KEYWORD_ONLY, default=None)
         return self.signature.replace(parameters=[*self.signature.parameters.values(), limit])
 
     @functools.cached_property
     def has_modules(self) -> bool:
-        """True if any of its blocks come from code modules of the component data base."""
+        """True if any block of the verb comes from a code module of the component data base."""
         return bool(modules_of(self.blocks.values()))
 
     @functools.cached_property
     def interpreted_blocks(self) -> list[tuple[str, str]]:
-        """Labels and names of its blocks that run in Python."""
+        """Labels and names of the verb's blocks that run in Python."""
         return [*interpreted(self.blocks)]
 
     @functools.cached_property
     def has_ordered_ports(self) -> bool:
-        """True if one of its blocks requires variables of joints in a fixed order."""
+        """True if a block of the verb requires joint variables in a fixed order."""
         return any(isinstance(use.block, Block) and use.block.names for use in self.blocks.values())
 
     def json(self) -> dict[str, Any]:
-        """Returns the model's form."""
+        """Returns the verb in the model's format."""
         place = self.place.json()
         inputs = {n: p.json() for n, p in self.input_parameters.items()}
         return {
@@ -361,7 +367,7 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
         }  # fmt: skip
 
     def text(self) -> str:
-        """`json` as text, cached, since a definition does not change."""
+        """Text of `json`. Cached, because a definition does not change."""
         return self._text
 
     @functools.cached_property
@@ -372,7 +378,7 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
 
     @functools.cached_property
     def report_class(self) -> type[Report]:
-        """Class of its reports: the function's return annotation, if that is a class of reports."""
+        """Class of the verb's reports: the function's return annotation, if it is a report class."""
         returns = self._function.__annotations__.get("return") if self._function is not None else None
         if isinstance(returns, str):
             returns = eval_annotation(returns, self._function)
@@ -404,7 +410,8 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
                 )
 
     def refused_call(self, error: TypeError, kwargs: Mapping[str, Any]) -> None:
-        """Raises `CallError` for arguments that do not fit, from `error`, with the parameter that one of `kwargs` probably meant."""
+        """Raises `CallError` for arguments that do not match, based on `error`; suggests the parameter that a name in `kwargs` probably
+        meant."""
         known = [*self.signature.parameters, "time_limit"]
         wrong = next((name for name in kwargs if name not in known), None)
         remedy = did_you_mean(wrong, known) if wrong else f"call it as {self.name}{self.signature}"
@@ -412,7 +419,7 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
 
 
 def eval_annotation(text: str, function: Any) -> Any:
-    """Evaluates a return annotation where the function was defined; returns None if that is impossible."""
+    """Evaluates a return annotation in the scope of its function; returns None if that is impossible."""
     names = {**function.__globals__, **inspect.getclosurevars(function).nonlocals, **getattr(function, "__gpac_locals__", {})}
     try:
         return eval(text, names)

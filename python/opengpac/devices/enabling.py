@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Enables logical devices, all or none."""
+"""Enables logical devices, either all or none."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _logger = logging.getLogger("opengpac")
 
 
 def enable(devices: Sequence[LogicalDevice], timeout_ns: int | None) -> None:
-    """Starts the verb instances of all `devices`, then waits until each is ready; disables them again if one fails."""
+    """Starts the verb instances of all `devices` and waits until each is ready; if one fails, disables all of them again."""
     if checking.active():
         return
     begun: list[LogicalDevice] = []

@@ -29,12 +29,12 @@ D = TypeVar("D", bound=LogicalDevice)
 
 @all_taking
 class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
-    """Several logical devices in an order: `arm[0]`, `arm["elbow"]`, `arm.elbow`. A verb on a group takes one goal for each.
+    """Several logical devices in a fixed order: `arm[0]`, `arm["elbow"]`, `arm.elbow`. A verb on a group takes one goal for each device.
 
-    A device is named by its full name or by its last words, `arm["left.elbow"]`, if they are unique (`short_names`).
+    A device is identified by its full name, or by its last words, `arm["left.elbow"]`, if they are unique (`short_names`).
 
-    `Group("arm", shoulder, elbow)`: messages use `name`; there must be at least one device, and all must belong to one system. Raises
-    `CallError` otherwise.
+    In `Group("arm", shoulder, elbow)`, `arm` is the name used in messages. Raises `CallError` unless there is at least one device and
+    all belong to one system.
 
     A member can be set in all devices: `arm.max_speed = 0.5`, `arm.kp = [80, 80, 40]`, `arm.kp = {"elbow": 60}`.
     """
@@ -51,7 +51,7 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
             refuse(CallError, f"group '{name}' has devices of several systems", "take all of them from one system")
         self.name = name
         self.model = ""
-        """Identifier of its mechanics, for example the hash of the model file from which an arm was loaded."""
+        """Identifier of the arm's mechanics, for example the hash of the model file from which it was loaded."""
         self._devices = devices
 
     @property
@@ -60,16 +60,17 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
         return self._devices[0].system
 
     def enable(self, timeout: Quantity | None = "10 s") -> Self:
-        """Enables all devices and returns when all are ready. Raises `TimeoutError` after `timeout`; then none of them remains enabled."""
+        """Enables all devices and returns when all are ready. After `timeout`, disables all of them and raises `TimeoutError`."""
         enable(self._devices, optional_ns(timeout, "the timeout"))
         return self
 
     def pause(self) -> list[str]:
-        """Pauses the actions on these devices, like `System.pause` for all; returns the names of the instances that it suspended."""
+        """Pauses the actions on these devices, as `System.pause` does for the whole system; returns the names of the instances that it
+        suspended."""
         return self.system.pause(*self._devices)
 
     def resume(self) -> list[str]:
-        """Ends that pause; returns the names of the resumed instances."""
+        """Ends the pause; returns the names of the resumed instances."""
         return self.system.resume(*self._devices)
 
     def disable(self) -> None:
@@ -79,7 +80,7 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
 
     @contextmanager
     def enabled(self, timeout: Quantity | None = "10 s") -> Generator[Self]:
-        """Enables the devices; `with arm.enabled():` disables them at the end. `timeout` is that of `enable`."""
+        """Enables the devices; `with arm.enabled():` disables them at the end of the block. `timeout` is as in `enable`."""
         self.enable(timeout)
         try:
             yield self
@@ -88,7 +89,7 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
                 self.disable()
 
     def values(self, member: str) -> list[Any]:
-        """Returns the values of one `member` of each device: `arm.values("sensed")`, one consistent snapshot for SVVs."""
+        """Returns the value of `member` for each device: `arm.values("sensed")`; for SVVs, as one consistent snapshot."""
         kind = type(self._devices[0])
         if member in kind.svv_members():
             return list(self.system.read(*(getattr(device, member) for device in self._devices)))
@@ -100,7 +101,7 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
 
     @property
     def override(self) -> float:
-        """Speed override of motions of the devices, a fraction from 0 to 1; 0 holds. Setting it sets each device's."""
+        """Speed override for motions of the devices, from 0 to 1; 0 holds them. Setting it sets the override of each device."""
         return min(self.values("override"))
 
     @override.setter
@@ -117,11 +118,11 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
             self._set_each(name, value)
 
     def _members(self) -> list[str]:
-        """Returns the members that any of the devices has."""
+        """Returns the members that at least one of the devices has."""
         return list(dict.fromkeys(name for d in self._devices for name in (*d.svv_members(), *d.parameter_members())))
 
     def _set_each(self, member: str, value: Any) -> None:
-        """Sets a member of each device, or of none if one refuses it."""
+        """Sets a member of each device; if any device refuses its value, sets none."""
         for device in self._devices:
             if member not in device.svv_members() and member not in device.parameter_members():
                 what = f"{device.definition_name()} '{device.name}' of group '{self.name}'"
@@ -139,8 +140,8 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
             raise
 
     def _one_for_each(self, member: str, value: Any, before: Sequence[Any]) -> Sequence[Any]:
-        """Returns one value for each device: the same for all, or individual ones for a scalar member; a mapping leaves other devices
-        unchanged."""
+        """Returns one value for each device: the same for all, or, for a scalar member, individual ones; devices missing from a mapping
+        keep their values."""
         if np.ndim(before[0]) > 0 or isinstance(before[0], np.void):
             return [value] * len(self._devices)
         if isinstance(value, Mapping):
@@ -171,7 +172,7 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
 
     @property
     def short_names(self) -> list[str]:
-        """Names of the devices in their order: the fewest last words that are unique, `elbow`, or `left.elbow`."""
+        """Names of the devices in order, each shortened to the fewest last words that are unique: `elbow`, or `left.elbow`."""
         names = [device.name for device in self._devices]
         counts = Counter(ending for name in names for ending in _endings(name))
         return [next((ending for ending in _endings(name) if counts[ending] == 1), name) for name in names]
@@ -239,7 +240,7 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
 
 
 def _endings(name: str) -> list[str]:
-    """Returns the endings of a name: the last word, the last two words, and so on."""
+    """Returns the suffixes of a name: the last word, the last two words, and so on."""
     words = name.split(".")
     return [".".join(words[-count:]) for count in range(1, len(words) + 1)]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Logical devices: a class is a logical device type (an optional verb, SVVs, parameters), and an object is a logical device."""
+"""Logical devices. A class is a logical device type (an optional verb, SVVs, parameters), and an instance of it is a logical device."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ if TYPE_CHECKING:
 
 
 Within: TypeAlias = tuple[float | str, float | str] | str
-"""A range: two ends, or a text, `"(0, inf)"`, in which a round bracket excludes its end."""
+"""A range: two ends, or a text such as `"(0, inf)"`, in which a parenthesis excludes the end."""
 
 
 class SvvMember:
-    """An SVV of a device type; made by `gpac.svv`. As an attribute of a device it returns the device's SVV."""
+    """An SVV of a device type. Created by `gpac.svv`. As an attribute of a device it returns the device's SVV."""
 
     def __init__(
         self,
@@ -67,7 +67,7 @@ class SvvMember:
         return device._member_svvs[self.name]
 
     def json(self, owner: type[LogicalDevice]) -> dict[str, Any]:
-        """Returns the model's form."""
+        """Returns the SVV in the model's format."""
         text, _ = type_json(self.type or _annotated(owner, self.name), f"SVV '{self.name}' of {owner.__name__}")
         initial: Any = None
         if isinstance(self.initial, str) and self.initial.isidentifier():
@@ -81,7 +81,7 @@ class SvvMember:
 
 
 def _annotated(owner: type, name: str) -> Any:
-    """Returns the type in `sensed: gpac.SVV[float]`; `double` without an annotation."""
+    """Returns the annotated type, as in `sensed: gpac.SVV[float]`, or `double` if there is no annotation."""
     for kind in owner.__mro__:
         given = inspect.get_annotations(kind).get(name)
         if isinstance(given, str):
@@ -105,21 +105,22 @@ def svv(
     shared: str | None = None,
     reading: bool = False,
 ) -> Any:
-    """Declares an SVV of a device type. `type` and `unit` are those of `cell.svv`; `history` is the number of last values that are kept.
+    """Declares an SVV of a device type. `type` and `unit` are as in `cell.svv`; `history` is the number of most recent values that are
+    kept.
 
-    `initial="sensed"` copies that member once when the device is enabled; otherwise it is a value.
+    `initial` is the initial value, or the name of a member, `"sensed"`, whose value is copied once when the device is enabled.
 
-    `keep`: its value survives a warm restart (an offset found by homing). `within` is the range of values that Python may store:
-    `"[0, inf)"`, or two ends, each a number or a parameter of the device: `("position_min", "position_max")`. `shared="name"`: the
-    devices share the system's SVV of that name, which is created with the first of them. `reading`: its value describes the machine,
-    so reading it on a device that was never enabled is refused (`NotEnabled`).
+    `keep`: its value survives a warm restart, as for an offset found by homing. `within` is the range of values that Python may
+    store: `"[0, inf)"`, or two ends, each a number or a parameter of the device: `("position_min", "position_max")`. `shared="name"`:
+    the devices share the system's SVV of that name, which is created with the first of them. `reading`: its value describes the
+    machine, so reading it on a device that was never enabled is refused (`NotEnabled`).
     """
     kept = whole(history, "the history of an SVV", 0, 2**32 - 1)
     return SvvMember(type, unit, initial, kept, keep, range_of(within, "the range of an SVV"), shared, reading)
 
 
 class ParameterMember:
-    """A parameter of a device type; made by `gpac.parameter`. As an attribute of a device it is its value, and can be set."""
+    """A parameter of a device type. Created by `gpac.parameter`. As an attribute of a device it is the value, and can be set."""
 
     def __init__(
         self, default: Any, unit: str, tunable: bool, keep: bool | None = None, within: str | list[float | str] | None = None
@@ -142,7 +143,7 @@ class ParameterMember:
             device._here().set_device_parameter(device.name, self.name, plain(value, f"parameter '{self.name}' of device '{device.name}'"))
 
     def json(self) -> dict[str, Any]:
-        """Returns the model's form."""
+        """Returns the parameter in the model's format."""
         default = plain(self.default, f"the default of parameter '{self.name}'")
         ranged = {} if self.within is None else {"within": self.within}
         return {"default": default, "unit": self.unit, "tunable": self.tunable, **ranged}
@@ -153,11 +154,11 @@ def parameter(default: Any, *, unit: str = "", tunable: bool = False, keep: bool
     """Declares a parameter of a device type, with its `default` and `unit`.
 
     `within` is its range: `"(0, inf)"` for numbers above 0, or two ends, each a number or another parameter of the device, optionally
-    negated. A value outside raises `OutOfRange`, when the device is made and when the parameter is set.
+    negated. A value outside raises `OutOfRange`, when the device is created and when the parameter is set.
 
     A `tunable` parameter can be set while the device's verb runs; others take effect at its next start.
 
-    `keep`: its value survives a warm restart; by default that of a tunable parameter does.
+    `keep`: its value survives a warm restart; by default, only the values of tunable parameters do.
     """
     return ParameterMember(default, unit, tunable, keep, range_of(within, "the range of a parameter"))
 
@@ -174,22 +175,22 @@ class _Definition:
 class LogicalDevice(TableDisplay, DeclaredNames, Argument):
     """Base of logical device types: `class Joint(gpac.LogicalDevice, verb=servo)` with members `gpac.svv` and `gpac.parameter`.
 
-    `Joint("elbow", drive=ur5e["elbow"], on=fast)` makes a device: `name` is unique in the system, `on` is the placement of its verb
+    `Joint("elbow", drive=ur5e["elbow"], on=fast)` creates a device: `name` is unique in the system, `on` is the placement of its verb
     (or `system` is the device's system, if no other argument determines it); the other arguments are its verb's, or override
     parameters. `every={"read": "5 ms"}` changes intervals of its verb's blocks. `units={"rad": "m"}` replaces components of the
-    type's units for this device: a sliding joint. `verb` replaces the type's verb for this device, if its drive is commanded
-    differently. A device must be enabled before verbs may use it.
+    type's units for this device, for example for a prismatic joint. `verb` replaces the type's verb for this device, if its drive is
+    commanded differently. A device must be enabled before verbs may use it.
 
-    `arbitration` decides on a verb that needs a resource of the device that another verb holds: `"refuse"` (the default:
-    `SecondWriter` names both), `"queue"` (its start waits, in order) or `"abort"` (the other ends with `aborted`, and it follows).
+    `arbitration` decides what happens if a verb needs a resource of the device that another verb holds: `"refuse"` (the default:
+    `SecondWriter` names both), `"queue"` (its start waits, in order) or `"abort"` (the other ends with `aborted`, then it starts).
     The type sets it for all of its devices, `class Joint(..., arbitration="queue")`, and `Joint(..., arbitration="abort")` for one.
 
     Raises `InUse` for a name that is taken, `CallError` for an unknown argument or if the system is undetermined, `DefinitionError`
-    for another `arbitration`, and the errors of the creation of its verb; it is made completely or not at all.
+    for an invalid `arbitration`, and the errors that creating its verb can raise; the device is created completely or not at all.
     """
 
     _definition_kind = "device_types"
-    """Section of a definition file for its type."""
+    """Section of a definition file that holds device types."""
 
     _definition: ClassVar[_Definition]
     _text: ClassVar[tuple[_Definition, str]]
@@ -270,7 +271,7 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
             self.system._restored.apply(self)
 
     def _enter(self) -> None:
-        """Registers it as the device of its name in its system, and binds it permanently to the present SVVs of that name."""
+        """Registers the device by name in its system, and binds it permanently to the current SVVs of that name."""
         self._member_svvs = {
             name: SVV(self.system, member.shared or f"{self.name}.{name}") for name, member in self.svv_members().items()
         }  # fmt: skip
@@ -280,7 +281,7 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
         self.system.devices[self.name] = self
 
     def _here(self) -> RealTimeSystem:
-        """Returns the device's system. Refuses a deleted device whose name another device has taken."""
+        """Returns the device's system. Refuses a deleted device whose name has been reused by another device."""
         other = self.system.devices.get(self.name)
         if other is not None and other is not self and (other.definition_name(), other._numbers) != (self.definition_name(), self._numbers):
             refuse(
@@ -302,7 +303,7 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
 
     @property
     def verb(self) -> Verb[..., Any] | None:
-        """Verb that keeps this device running: its type's, or the one passed to it."""
+        """Verb that keeps this device running: the verb of its type, or the one passed to the device."""
         return self._own_verb or self.definition_verb()
 
     @classmethod
@@ -321,7 +322,7 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
 
     @classmethod
     def definition_json(cls) -> dict[str, Any]:
-        """Returns the model's form."""
+        """Returns the type in the model's format."""
         verb = cls.definition_verb()
         return {
             "name": cls.definition_name(), "doc": (cls.__doc__ or "").strip(), "verb": verb.name if verb else None,
@@ -332,7 +333,7 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
 
     @classmethod
     def definition_text(cls) -> str:
-        """Returns `definition_json` as text, cached, since a definition does not change."""
+        """Returns `definition_json` as text. Cached, because a definition does not change."""
         made = cls.__dict__.get("_text")
         if made is None or made[0] is not cls._definition:
             with refusals:
@@ -345,19 +346,19 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
 
     @property
     def short_name(self) -> str:
-        """Last word of the name: `elbow` of `arm.elbow`."""
+        """Last word of the name: `elbow` for `arm.elbow`."""
         return self.name.rsplit(".", 1)[-1]
 
     @property
     def state(self) -> str:
-        """`disabled`, `enabling`, `standstill`, `moving`, `stopping` or `fault`."""
+        """State: `disabled`, `enabling`, `standstill`, `moving`, `stopping` or `fault`."""
         with refusals:
             return self._here().device_state(self.name)
 
     def enable(self, timeout: Quantity | None = "10 s") -> Self:
         """Starts the device's verb instance and returns when it has reached `gpac.ready()`. Idempotent.
 
-        Raises `TimeoutError` after `timeout`, and disables the device again; if its verb ends earlier, raises the exception of that
+        After `timeout`, disables the device again and raises `TimeoutError`. If its verb ends earlier, raises the exception of that
         end.
         """
         self._here()
@@ -365,18 +366,18 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
         return self
 
     def _when_enabled(self) -> None:
-        """Runs after `enable` has found the device ready: a type reports here any facts for its user."""
+        """Called when `enable` has found the device ready. Types override it to report information to the user."""
 
     def disable(self) -> None:
-        """Ends the verbs that use the device with `device_disabled`, then its own verb."""
+        """Ends the verbs that use the device with `device_disabled`, and then the device's own verb."""
         with refusals:
             self._here().disable(self.name)
 
     def exchange_verb(self, verb: Verb[..., Any]) -> None:
         """Replaces the `verb` that keeps the device running, within one firing if it is enabled; verbs that use the device keep running.
 
-        The new verb takes the same arguments, members and parameters. Blocks with the same label and code keep their states, cells
-        with the same name their values. A refused exchange changes nothing. Both verbs must run in one interrupt source.
+        The new verb takes the same arguments, members and parameters. Blocks with the same label and code keep their states, and
+        cells with the same name keep their values. A refused exchange changes nothing. Both verbs must run in one interrupt source.
         """
         self.system._enter_verb(verb)
         with refusals:
@@ -385,7 +386,7 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
 
     @contextmanager
     def enabled(self, timeout: Quantity | None = "10 s") -> Generator[Self]:
-        """Enables the device; `with joint.enabled():` disables it at the end. `timeout` is that of `enable`."""
+        """Enables the device; `with joint.enabled():` disables it at the end of the block. `timeout` is as in `enable`."""
         self.enable(timeout)
         try:
             yield self
@@ -425,6 +426,6 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
 
 
 def check_arbitration(arbitration: str, what: str) -> None:
-    """Refuses words other than the three."""
+    """Refuses values other than the three arbitrations."""
     if arbitration not in ("refuse", "queue", "abort"):
         refuse(DefinitionError, f"arbitration= of {what} cannot be {arbitration!r}", "write 'refuse', 'queue' or 'abort'")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Physical devices: typed channels of a driver with units, grouped in parts if the machine has them (joints)."""
+"""Physical devices: typed channels of a driver with units, grouped into parts (joints) if the machine has them."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ if TYPE_CHECKING:
 
 
 class Channel(DeclaredNames, Argument):
-    """A channel of a physical device: `name`, `type`, `unit`, and its direction. Made by its device: `ur5e["elbow"].position`.
+    """A channel of a physical device: `name`, `type`, `unit`, and its direction. Obtained from its device: `ur5e["elbow"].position`.
 
-    `type` is a C type; numbers are in `unit`, a text that is empty if the channel has none. Verbs bind to it; a program reads it by
-    `cell.read(channel)`, and only blocks write it. Raises `UnknownName` once its device is deleted.
+    `type` is a C type; numbers are in `unit`, which is empty if the channel has none. Verbs bind to it; a program reads it with
+    `cell.read(channel)`, and only blocks write it. Raises `UnknownName` if its device has been deleted.
     """
 
     def __init__(self, device: PhysicalDevice, described: Mapping[str, Any]) -> None:
@@ -60,7 +60,8 @@ class Channel(DeclaredNames, Argument):
 
     @property
     def _asked(self) -> str:
-        """Name for requests, distinct from that of an SVV. Refuses a deleted device whose name another device has taken."""
+        """Name of the channel in requests, distinct from that of an SVV. Refuses a deleted device whose name has been reused by another
+        device."""
         self.device._here()
         return f"{self.full_name}@channel"
 
@@ -69,7 +70,7 @@ class Channel(DeclaredNames, Argument):
         return {"channel": {"device": self.device.name, "channel": self.name}}
 
     def raises(self, source: Source) -> None:
-        """Makes the channel raise a trigger or software `source`, of any processor, each time its value changes from zero to nonzero.
+        """Makes the channel raise a trigger or software `source`, on any processor, each time its value changes from zero to nonzero.
 
         The channel is checked in each firing of the source that exchanges with its device; the first reading never raises the source.
         """
@@ -127,7 +128,7 @@ def _channel_table(title: str, channels: Mapping[str, Channel]) -> Table:
 
 
 class Part(_Channels, Argument):
-    """A part of a machine, for example a joint; made by its `device`, `ur5e["elbow"]`.
+    """A part of a machine, for example a joint. Obtained from its `device`, `ur5e["elbow"]`.
 
     `about` contains the driver's declarations: range, limits, suitable gains, in the units of its channels. Raises `UnknownName` for
     a channel that it does not have.
@@ -167,10 +168,10 @@ class Part(_Channels, Argument):
 
 
 class PhysicalDevice(_Channels):
-    """A driver that a processor can reach; made by `processor.physical_device(name, driver, exchange)`.
+    """A driver that a processor can reach. Created by `processor.physical_device(name, driver, exchange)`.
 
-    `parts` are its joints; `device["elbow"]` is one, `device["tool.force"]` a channel. `source` is the interrupt source that
-    exchanges with it, `about` contains the driver's declarations.
+    `parts` are its joints; `device["elbow"]` is one of them, `device["tool.force"]` a channel. `source` is the interrupt source that
+    exchanges with it; `about` contains the driver's declarations.
     """
 
     def __init__(self, system: System, name: str, source: Source, about: Mapping[str, Any]) -> None:
@@ -184,7 +185,7 @@ class PhysicalDevice(_Channels):
             parts = parts.get("parts", [])
         self._parts = {p["name"]: Part(self, p) for p in parts}
         self.services = Services(self)
-        """Services of the driver outside the cycle, as methods: `device.services.home(joint="elbow")`."""
+        """Acyclic services of the driver, as methods: `device.services.home(joint="elbow")`."""
 
     @property
     def parts(self) -> list[str]:
@@ -193,7 +194,7 @@ class PhysicalDevice(_Channels):
 
     @property
     def counters(self) -> dict[str, int]:
-        """Counters of the driver, by name: lost frames, late answers. 0 for those not yet reported by a remote processor."""
+        """Counters of the driver, by name: lost frames, late answers. A counter of a remote device is 0 until its processor reports it."""
         self._here()
         known = self.system.statistics["physical_devices"].get(self.name)
         if known is None:
@@ -203,14 +204,14 @@ class PhysicalDevice(_Channels):
     def reopen(self) -> None:
         """Reopens a lost device with its original options; bindings to it remain valid. Does nothing if the device is not lost.
 
-        `cell.reset()` does so for every lost device. If the driver still finds no machine, `DeviceFailed` states the cause, and it
-        stays lost.
+        `cell.reset()` does so for every lost device. If the driver still cannot reach the machine, raises `DeviceFailed` with the
+        cause, and the device stays lost.
         """
         with refusals:
             self.system._alive().reopen_physical_device(self.name)
 
     def delete(self) -> None:
-        """Closes the device with its outputs in their safe state; refused while a device or verb instance is bound to it."""
+        """Puts the outputs in their safe state and closes the device; refused while a device or verb instance is bound to it."""
         native = self._here()
         with refusals:
             native.delete_physical_device(self.name)
@@ -218,7 +219,8 @@ class PhysicalDevice(_Channels):
         self.system._by_name.forget("physical device", self.name)
 
     def _here(self) -> RealTimeSystem:
-        """Returns the device's system. Refuses a deleted device whose name another has taken: its channels may differ."""
+        """Returns the device's system. Refuses a deleted device whose name has been reused by another device, because its channels may
+        differ."""
         if self.system.physical_devices.get(self.name, self) is not self:
             refuse(
                 UnknownName,

@@ -14,15 +14,15 @@ from ..values.configurations import Configuration
 from ..values.frames import Pose
 
 JOINTS = "joints"
-"""Frame name of points that are joint positions."""
+"""Frame name of points that are stored as joint positions."""
 
 WORLD = "world"
-"""Name of the frame of the arm's poses."""
+"""Name of the frame in which the arm's poses are expressed."""
 
 
 @dataclass(frozen=True)
 class PointEntry:
-    """Entry of a point in its file: joints in rad or m, and for a point in space the pose in its frame."""
+    """Entry of a point in its file: joints in rad or m, and, for a point in space, the pose in its frame."""
 
     joints: dict[str, float]
     frame: str = JOINTS
@@ -34,30 +34,31 @@ class PointEntry:
 
 
 class Point(Mapping[str, float]):
-    """A taught point: joint → rad (m for a sliding joint). A goal of a motion: `move(arm, goal=points["pick"])`.
+    """A taught point: joint → rad (m for a prismatic joint). It can be passed as the goal of a motion: `move(arm, goal=points["pick"])`.
 
-    Made by `points["pick"]` and `points.teach("pick")`; `name` is its name in the file. `frame` is `joints`, or for a point in space
-    `world` or the name of a work frame; the joints of a point in space are computed on access from its pose, with the present frame
-    and tool and its configuration. `note` is for people, `taught` is the time at which it was taught, or None.
+    Returned by `points["pick"]` and `points.teach("pick")`. `name` is its name in the file. `frame` is `joints` for joint positions;
+    for a point in space it is `world` or the name of a work frame. The joints of a point in space are computed on access, from its
+    pose and configuration, using the current frame and tool. `note` is a free-text comment; `taught` is the time at which the point
+    was taught, or None.
     """
 
     def __init__(self, name: str, entry: PointEntry, reach: Callable[[], tuple[dict[str, float], Pose]] | None = None) -> None:
         self.name, self.frame, self.tool, self.note, self.taught = name, entry.frame, entry.tool, entry.note, entry.taught
         self.configuration = entry.configuration
-        """Configuration of the arm for a point in space, if the arm has configurations; else None."""
+        """Configuration of the arm for a point in space; None for joint positions, and for arms without configurations."""
         self._entry, self._reach = entry, reach
         self._reached: tuple[dict[str, float], Pose] | None = None
 
     @property
     def in_frame(self) -> Pose | None:
-        """Pose of the point's tool in its frame; None for a point that is joint positions."""
+        """Pose of the tool in the frame of the point; None for a point that is stored as joint positions."""
         return self._entry.pose
 
     @property
     def pose(self) -> Pose:
-        """Returns `arm.pose()` at the point, with the arm's present tool: a goal of `move_linear`.
+        """Returns the value of `arm.pose()` at the point, with the arm's current tool, for use as a goal of `move_linear`.
 
-        Raises `CallError` for points without an arm, `Unreachable` for a point in space that the arm does not reach.
+        Raises `CallError` for points without an arm, `Unreachable` for a point in space that the arm cannot reach.
         """
         if self._reach is None:
             refuse(CallError, f"the pose of point '{self.name}' requires the geometry of its arm", "pass the arm: gpac.Points(path, arm)")
@@ -67,7 +68,7 @@ class Point(Mapping[str, float]):
 
     @property
     def taught_joints(self) -> dict[str, float]:
-        """Joint positions of the arm when the point was taught, regardless of the present frame and tool."""
+        """Joint positions of the arm when the point was taught, regardless of the current frame and tool."""
         return dict(self._entry.joints)
 
     @property
@@ -80,7 +81,7 @@ class Point(Mapping[str, float]):
 
     @property
     def array(self) -> np.ndarray:
-        """Positions in the arm's order."""
+        """Joint positions as an array, in the arm's order."""
         return np.array([*self._joints.values()])
 
     def __getitem__(self, joint: str) -> float:

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """The file of taught points: reads, checks and changes it; comments and order are preserved.
 
-Format 2 has one line per point. Files of format 1, with one table per point, keep their form when they are written; adding a point in
-space or a frame converts them to format 2, which keeps the tables.
+Format 2 has one line per point. Files of format 1, with one table per point, keep their format when they are written; adding a point
+in space or a frame converts them to format 2, but keeps the tables.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .point import JOINTS, WORLD, PointEntry
 
 FORMAT = 2
 DIGITS = 9
-"""Number of decimals in the file."""
+"""Number of decimal places in the file."""
 
 
 def new_document() -> Any:
@@ -41,7 +41,7 @@ def new_document() -> Any:
 
 
 def parsed(text: str, path: Path) -> Any:
-    """Returns the document of a file after checking that all of its numbers are valid."""
+    """Parses the document of a file, and checks that all of its numbers are valid."""
     try:
         document: Any = tomlkit.parse(text)
         wrong = _wrong(document)
@@ -60,7 +60,7 @@ def parsed(text: str, path: Path) -> Any:
 
 @functools.lru_cache
 def factor(unit: Any) -> float | None:
-    """Returns the factor from a unit in the file to rad or m, None for other units. Numbers without a unit have the factor 1."""
+    """Returns the factor from a unit in the file to rad or m, or None for other units. Numbers without a unit have the factor 1."""
     for si in ("rad", "m") if isinstance(unit, str) and unit else ():
         with contextlib.suppress(_native.Refused):
             return _native.number_in(f"1 {unit}", si)
@@ -91,7 +91,7 @@ def entry_of(document: Any, name: str) -> PointEntry:
 
 
 def put_entry(document: Any, name: str, point: PointEntry) -> None:
-    """Writes a point into a document, in place of the one with that name or at the end."""
+    """Writes a point into a document: replaces the point of the same name, or appends a new one."""
     table, arm = document["points"], document["arm"]
     in_lines = is_in_lines(document)
     if point.pose is not None:
@@ -124,7 +124,7 @@ def put_entry(document: Any, name: str, point: PointEntry) -> None:
 
 
 def _keep(entry: Any, key: str, value: Any) -> None:
-    """Sets an item of an entry if it differs, and removes it for None."""
+    """Sets an item of an entry if it differs; removes the item if the value is None."""
     if value is None:
         if key in entry:
             del entry[key]
@@ -133,13 +133,13 @@ def _keep(entry: Any, key: str, value: Any) -> None:
 
 
 def pose_of(entry: Mapping[str, Any]) -> Pose:
-    """Returns the pose of `position` (m) and `rpy_deg`."""
+    """Returns the pose that an entry specifies as `position` (m) and `rpy_deg`."""
     turn = [math.radians(float(angle)) for angle in entry.get("rpy_deg", [0.0, 0.0, 0.0])]
     return Pose([float(x) for x in entry["position"]], rpy=turn)
 
 
 def pose_entry(pose: Pose) -> dict[str, Any]:
-    """Returns the file's items of a pose."""
+    """Returns the items that describe a pose in the file."""
     return {
         "position": [round(float(x), DIGITS) + 0.0 for x in pose.position],
         "rpy_deg": [round(math.degrees(x), DIGITS) + 0.0 for x in pose.rpy],
@@ -147,7 +147,7 @@ def pose_entry(pose: Pose) -> dict[str, Any]:
 
 
 def is_in_lines(document: Any) -> bool:
-    """Returns whether the points of a document are lines rather than tables."""
+    """Returns whether the points of a document are stored as lines rather than tables."""
     points = document["points"]
     return all(isinstance(points[name], InlineTable) for name in points) if len(points) else document["format"] == FORMAT
 
@@ -172,7 +172,7 @@ def _key(name: str) -> str:
 
 
 def _written(name: str) -> str:
-    """Returns the pattern of a name as a key in a file."""
+    """Returns the pattern that matches a name as a key in a file."""
     forms = {_key(name), tomlkit.string(name).as_string()} | ({f"'{name}'"} if "'" not in name and "\n" not in name else set())
     return "|".join(re.escape(form) for form in forms)
 
@@ -182,7 +182,7 @@ def _header(name: str) -> str:
 
 
 def _line_of(text: str, section: str, name: str) -> int | None:
-    """Returns the line of an entry, from 1, or None if the text does not reveal it."""
+    """Returns the number of an entry's line, from 1, or None if it cannot be found in the text."""
     current = ""
     for number, line in enumerate(text.split("\n"), 1):
         header = re.match(r"\s*\[([^\[\]]+)\]", line)
@@ -201,7 +201,7 @@ def _line_of(text: str, section: str, name: str) -> int | None:
 
 
 def _wrong(document: Any) -> tuple[tuple[str, str] | None, str] | None:
-    """Returns the error of a document with the section and name concerned."""
+    """Returns the first error of a document, with the section and name concerned."""
     if document.get("format") not in (1, FORMAT):
         return None, f"its format is {document.get('format')!r}, but this version reads {FORMAT}"
     arm, points = document.get("arm"), document.get("points")
@@ -252,7 +252,7 @@ def _wrong_point(entry: Any, document: Any) -> str:
 
 
 def _wrong_place(entry: Mapping[str, Any], document: Any) -> str:
-    """Returns the error in the frame, the tool, the pose or the configuration of a point."""
+    """Returns the error in the frame, tool, pose or configuration of a point."""
     frame, tool = entry.get("frame", JOINTS), entry.get("tool")
     if frame == JOINTS:
         extra = next((key for key in ("position", "rpy_deg", "tool", "configuration", "turns") if key in entry), None)

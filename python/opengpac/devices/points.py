@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Taught points of an arm, in a text file that people may edit; comments and order are preserved."""
+"""Taught points of an arm, in a text file that can be edited by hand; changes preserve comments and order."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ from .point import JOINTS, WORLD, Point, PointEntry
 
 _WHAT = "the points file"
 _SAME = 1e-8
-"""Tolerance (m, rad) between the tool's pose at the taught joints and the pose of a point; within it the taught joints are used
-unchanged."""
+"""Tolerance (m, rad) between the tool's pose at the taught joints and the pose of a point; if the difference is smaller, the taught
+joints are used unchanged."""
 
 
 @all_taking
 class Points(MutableMapping[str, Point]):
     """The taught points of a file: `points = gpac.Points("points.toml", arm)`, `points.teach("pick")`, `points["pick"]`.
 
-    A mapping of names (any text that is not empty) to `Point`: a position for each joint, in rad, or m for a sliding joint. A point
+    A mapping of names (any text that is not empty) to `Point`: a position for each joint, in rad, or m for a prismatic joint. A point
     taught in a frame, `points.teach("pick", frame="table")`, is a point in space: it moves with `points.frames["table"]`, is valid
     for every tool of the arm, and is reached in the configuration in which it was taught.
 
@@ -45,8 +45,8 @@ class Points(MutableMapping[str, Point]):
     arm must be passed to each method. The file identifies its arm: joints, units, and an identifier of the model; `any_model=True`
     accepts the points of another model with the same joints.
 
-    Each change is written immediately and atomically, after reading changes that an editor or another program made meanwhile. Several
-    threads of a program may use one `Points`.
+    Each change is written immediately and atomically, after rereading the file if an editor or another program has changed it. A
+    `Points` object is thread-safe.
 
     Raises `FileFailed` for a file that cannot be read, written or parsed, with its line, `ValueRefused` for points of another arm,
     and `UnknownName` for a point or joint that does not exist.
@@ -77,10 +77,10 @@ class Points(MutableMapping[str, Point]):
         frame: str = JOINTS,
         tool: str | None = None,
     ) -> Point:
-        """Stores the present position of the arm, which must be enabled, as the point `name`; replaces an existing point of that name.
+        """Stores the current position of the arm, which must be enabled, as the point `name`; replaces an existing point of that name.
 
-        `frame` makes it a point in space: the pose of the arm's tool in the frame of that name of `frames`, or in that of the arm's
-        poses, `"world"`. `tool` names a frame of `tools` to use instead of the arm's present tool. `note` is for people. Raises
+        `frame` makes it a point in space: the pose of the arm's tool in a frame of `frames`, or in the frame of the arm's poses,
+        `"world"`. `tool` selects a frame of `tools` to use instead of the arm's current tool. `note` is a free-text comment. Raises
         `NotEnabled` if a joint is not enabled, `CallError` if no `arm` is passed here or to `Points`, `UnknownName` for a frame or
         tool that does not exist, and `InvalidState` for a point in space if the joints do not form an arm.
         """
@@ -149,7 +149,8 @@ class Points(MutableMapping[str, Point]):
         self._change(change)
 
     def __setitem__(self, name: str, joints: Point | Mapping[str, float] | Sequence[float]) -> None:
-        """Sets a point: `points["home"] = [0, 0, …]` in the arm's order, in rad, or joint → rad; another point is copied with its frame."""
+        """Sets a point from joint positions, `points["home"] = [0, 0, …]` in the arm's order (rad), from a mapping joint → rad, or from
+        another point, which is copied with its frame."""
         _named(name)
 
         def put(document: Any) -> None:
@@ -177,7 +178,8 @@ class Points(MutableMapping[str, Point]):
         self._edit(remove)
 
     def save(self) -> None:
-        """Writes the file. Every change calls it; call it to retry after a failed write, such as on a full disk."""
+        """Writes the file. Called by every change; call it yourself to retry after a failed write, for example because the disk was
+        full."""
         self._change(lambda text: text)
 
     # ---- queries ----
@@ -189,7 +191,7 @@ class Points(MutableMapping[str, Point]):
 
     @property
     def model(self) -> str:
-        """Identifier of the model of the arm to which the points belong; empty if there is none."""
+        """Identifier of the model of the arm to which the points belong; empty if unknown."""
         return str(self._document["arm"]["model"])
 
     @property
@@ -199,7 +201,7 @@ class Points(MutableMapping[str, Point]):
 
     @property
     def tools(self) -> PlaceTable:
-        """Tools of the file, frames in that of the flange: `points.tools["gripper"] = gpac.Frame((0, 0, "120 mm"))`."""
+        """Tools of the file, as frames relative to the flange: `points.tools["gripper"] = gpac.Frame((0, 0, "120 mm"))`."""
         return PlaceTable(self, "tools")
 
     def __getitem__(self, name: str) -> Point:
@@ -228,7 +230,7 @@ class Points(MutableMapping[str, Point]):
     # ---- points in space ----
 
     def _placed(self, document: Any, name: str, arm: Any, entry: PointEntry) -> PointEntry:
-        """Returns an entry with the arm's pose at its joints, in its frame."""
+        """Returns the entry with the pose of the arm at its joints, expressed in its frame."""
         if entry.frame == JOINTS:
             if entry.tool is not None:
                 refuse(CallError, f"point '{name}' has a tool but no frame", 'pass the frame too: frame="world"')
@@ -248,7 +250,7 @@ class Points(MutableMapping[str, Point]):
         return replace(entry, pose=frame.inverse() @ place, configuration=chosen)
 
     def _reached(self, document: Any, name: str, entry: PointEntry, arm: Any) -> tuple[dict[str, float], Pose]:
-        """Returns the joints of the arm at a point, with the present frame and tool, and the arm's pose there."""
+        """Returns the joints of the arm at a point, with the current frame and tool, and the arm's pose there."""
         taught = [*entry.joints.values()]
         if entry.pose is None:
             return entry.joints, arm.forward(taught)
@@ -295,7 +297,7 @@ class Points(MutableMapping[str, Point]):
             return self._document
 
     def _refresh(self) -> None:
-        """Rereads the file if it differs from the version last read or written, and reapplies changes that could not be written."""
+        """Rereads the file if it differs from the version last read or written, and reapplies changes that could not be written before."""
         text = files.read(self.path, _WHAT)
         if text is None or text == self._seen:
             return
@@ -308,7 +310,7 @@ class Points(MutableMapping[str, Point]):
         self._document, self._seen = point_file.parsed(now, self.path) if self._unwritten else document, text
 
     def _edit(self, change: Callable[[Any], None]) -> None:
-        """Changes the document of the file."""
+        """Applies `change` to the document of the file."""
 
         def on_text(text: str) -> str:
             document = point_file.parsed(text, self.path)
@@ -318,7 +320,7 @@ class Points(MutableMapping[str, Point]):
         self._change(on_text)
 
     def _change(self, change: Callable[[str], str]) -> None:
-        """Changes the present text of the file and writes it."""
+        """Applies `change` to the current text of the file, and writes it."""
         with self._lock, files.locked(self.path, _WHAT):
             self._refresh()
             text = change(tomlkit.dumps(self._document))
@@ -357,7 +359,7 @@ class Points(MutableMapping[str, Point]):
 
 @all_taking
 class PlaceTable(MutableMapping[str, Pose]):
-    """The frames or the tools of a points file: names → `Pose`. Made by `points.frames` and `points.tools`.
+    """The frames or the tools of a points file: a mapping from names to `Pose`. Obtained as `points.frames` and `points.tools`.
 
     A point taught in a frame moves with it. Deleting an entry that points use raises `ValueRefused`.
     """
@@ -415,7 +417,7 @@ class PlaceTable(MutableMapping[str, Pose]):
 
 
 def model_of(arm: Group[Any]) -> str:
-    """Returns the identifier of an arm's mechanics: that of its model file, else its joints, their types and units."""
+    """Returns the identifier of an arm's mechanics: the identifier of its model file, or else its joints with their types and units."""
     if arm.model:
         return arm.model
     said = [(device.definition_name(), name, device.sensed.unit) for device, name in zip(arm, arm.short_names, strict=True)]
@@ -455,7 +457,7 @@ def _joints_of(name: str, joints: Any, names: list[str]) -> dict[str, float]:
 
 
 def _checked(name: str, joints: Mapping[str, Any]) -> dict[str, float]:
-    """Returns the joint positions after checking that they are finite numbers."""
+    """Checks that the joint positions are finite numbers, and returns them."""
     found = {}
     for joint, given in joints.items():
         value = number(given)

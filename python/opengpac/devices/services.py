@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Services of drivers: commands outside the cycle, as methods of `device.services`."""
+"""Services of drivers: acyclic commands, as methods of `device.services`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _TYPES: Mapping[str, Any] = {"text": str, "number": float, "whole": int, "bool":
 
 
 class Service:
-    """A service of a physical device; calling it makes the driver execute it, and returns the driver's answer."""
+    """A service of a physical device. Calling it makes the driver execute the service, and returns the driver's answer."""
 
     def __init__(self, device: PhysicalDevice, about: Mapping[str, Any]) -> None:
         self.device = device
@@ -86,7 +86,7 @@ def _documented(about: Mapping[str, Any]) -> str:
 
 
 class Services(TableDisplay):
-    """Services of a physical device's driver outside the cycle: `device.services.home(joint="elbow")`."""
+    """Acyclic services of a physical device's driver: `device.services.home(joint="elbow")`."""
 
     def __init__(self, device: PhysicalDevice) -> None:
         self._device = device

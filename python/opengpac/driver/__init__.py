@@ -23,8 +23,8 @@
         def calibrate(self, at: float = Option("the temperature that it has", unit="K")) -> None:
             "Takes the present temperature for this one."
 
-`gpac.drivers.python("thermometer.py", port="/dev/ttyS0", period="10 ms")` is passed to `rtp.physical_device`. The source that
-exchanges with the device never waits for the process: it takes the newest readings, whose age is the channel `age`.
+Pass `gpac.drivers.python("thermometer.py", port="/dev/ttyS0", period="10 ms")` to `rtp.physical_device`. The source that exchanges
+with the device never waits for the process: it takes the latest readings, whose age is the channel `age`.
 """
 
 from .base import Driver

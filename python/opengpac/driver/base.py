@@ -11,10 +11,10 @@ from .members import NEEDED, Channel, Counter, NamedMember, NothingNew, OptionMe
 
 
 class Driver:
-    """Base of drivers in Python. One object represents one open device; all its methods are called by one thread.
+    """Base class of drivers in Python. An object represents one open device; a single thread calls all of its methods.
 
-    An exception of a method causes `device_lost` with its text, or is the reason that the device cannot be opened. `reopen()` or
-    `reset()` recovers a lost device by making a new object in a new process.
+    An exception in a method causes `device_lost` with its text; in `open` it is the reason why the device cannot be opened.
+    `reopen()` or `reset()` recovers a lost device by creating a new object in a new process.
     """
 
     def __init__(self, **options: Any) -> None:
@@ -36,12 +36,12 @@ class Driver:
 
     @classmethod
     def members(cls, kind: type[Any]) -> Mapping[str, Any]:
-        """Returns the members of that `kind` declared by the class and its bases, by name."""
+        """Returns the members of the kind `kind` that the class and its bases declare, by name."""
         return {n: m for base in reversed(cls.__mro__) for n, m in vars(base).items() if isinstance(m, kind)}
 
     @classmethod
     def scan(cls, **options: Any) -> Sequence[Mapping[str, Any]]:
-        """Searches for devices that the class can open; must not move anything. `options` are the checked options of the class that
+        """Searches for devices that the class can open. Must not move anything. `options` are the checked options of the class that
         limit the search.
 
         Returns the devices found, each as `{"what": "a thermometer, number 4711", "options": {"port": "/dev/ttyS0"}}`. Most buses
@@ -50,25 +50,27 @@ class Driver:
         raise NotImplementedError(f"{cls.__name__} has no scan()")
 
     def open(self) -> None:
-        """Opens the device; called once. An exception is the reason that it cannot be opened."""
+        """Opens the device. Called once. If it raises an exception, the device cannot be opened, and the exception is the reason."""
 
     def exchange(self) -> float | NothingNew | None:
-        """Exchanges values with the machine once a period: written channels hold commands, and the method must set the read channels.
+        """Exchanges values with the machine once per period: written channels hold the commands, and the method must set the read
+        channels.
 
-        Returns None if the readings are current, their age in s if the machine reports it, or `NOTHING_NEW` if it reported nothing:
-        then the previous readings remain, and the channel `age` keeps growing.
+        Returns None if the readings are current, their age in s if the machine reports it, or `NOTHING_NEW` if it reported nothing;
+        the previous readings then remain, and the channel `age` keeps increasing.
         """
         raise NotImplementedError(f"{type(self).__name__} has no exchange()")
 
     def safe_state(self) -> None:
-        """Brings the outputs to their safe state: when the program has exited or stops commanding, after a failure, and before `close`."""
+        """Brings the outputs to their safe state. Called when the program has exited or stops commanding, after a failure, and before
+        `close`."""
 
     def close(self) -> None:
-        """Closes the device; called once, also after a failure."""
+        """Closes the device. Called once, even after a failure."""
 
 
 def channels_of(kind: type[Driver]) -> dict[str, Channel]:
-    """Returns the channels of a class by name, including those of its parts, in the order of their declaration."""
+    """Returns the channels of a class by name, including those of its parts, in the order in which they are declared."""
     found: dict[str, Channel] = {}
     for name, member in kind.members(NamedMember).items():
         if isinstance(member, Channel):
@@ -79,6 +81,6 @@ def channels_of(kind: type[Driver]) -> dict[str, Channel]:
 
 
 def place_of(driver: Driver, channel: Channel) -> tuple[dict[str, Any], str]:
-    """Returns the location of a channel's value on the object: a dictionary, and the key in it."""
+    """Returns where the object stores a channel's value: a dictionary, and the key in it."""
     part, _, word = channel.name.rpartition(".")
     return (vars(driver.__dict__[part]) if part else driver.__dict__), word

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Declarations of a driver class's members: `Option`, `read`, `write`, `part`, `counter`, `service`."""
+"""Functions that declare the members of a driver class: `Option`, `read`, `write`, `part`, `counter`, `service`."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound=Callable[..., Any])
 
 _UNLIMITED = 1e6
-"""Value for "no limit" of a part, as in drivers in other languages."""
+"""Limit of a part that stands for "no limit", as in drivers in other languages."""
 
 
 def Option(doc: str, default: Any = NEEDED, *, unit: str = "", within: str | Sequence[float] | None = None) -> Any:
-    """An option of a driver: `port: str = Option("the serial port")`, described by `doc`. Without a `default` it is required; a number
-    may have a `unit`.
+    """Declares an option of a driver: `port: str = Option("the serial port")`, described by `doc`. Without a `default` it is required; a
+    number may have a `unit`.
 
     `within` is the range of a number, `(0, 60)` or `"(0, inf)"`: values outside are refused before the device is opened. A time (`s`,
     `ns`) without a range must not be negative.
@@ -31,13 +31,14 @@ def Option(doc: str, default: Any = NEEDED, *, unit: str = "", within: str | Seq
 
 
 def read(type: str = "double", *, unit: str = "", doc: str = "") -> Any:
-    """A channel that is read from the machine: `exchange` sets it. `type`: a number of C, or an array, `"double[3]"`."""
+    """Declares a channel that is read from the machine: `exchange` sets it. `type` is a C numeric type, or an array such as
+    `"double[3]"`."""
     return Channel(type, unit, doc, False, None, None)
 
 
 def write(type: str = "double", *, unit: str = "", doc: str = "", safe: Any = None, slew: float | None = None) -> Any:
-    """A channel that is written to the machine: `exchange` reads the command from it. `safe` is its value while no verb commands it (0
-    by default), `slew` the maximum rate of change of a `double`, in units per second."""
+    """Declares a channel that is written to the machine: `exchange` reads the command from it. `safe` is its value while no verb
+    commands it (0 by default); `slew` is the maximum rate of change of a `double`, in units per second."""
     return Channel(type, unit, doc, True, safe, slew)
 
 
@@ -53,13 +54,14 @@ def part(
     kd: float = 0.0,
     operating: bool = False,
 ) -> Any:
-    """A joint of the machine, `elbow = part(range=("-150 deg", "150 deg"), speed_max=2.0)`: `exchange` sets `self.elbow.position` and
-    `self.elbow.velocity`, and reads `self.elbow.goal`, which is NaN if there is no goal. `gpac.robots.Joint(…,
-    drive=device["elbow"])` moves it.
+    """Declares a joint of the machine, `elbow = part(range=("-150 deg", "150 deg"), speed_max=2.0)`: `exchange` sets
+    `self.elbow.position` and `self.elbow.velocity`, and reads `self.elbow.goal`, which is NaN if there is no goal.
+    `gpac.robots.Joint(…, drive=device["elbow"])` drives it.
 
-    `unit`: `rad` or `m`. `command="effort"` is a joint whose loop is closed by the program, with gains `kp` and `kd` at 1 kHz:
-    `exchange` reads `effort`, and sets `bias`, the holding effort. `operating=True`: `exchange` sets `self.elbow.operating`, and
-    `enable` and verbs wait until it is true. Omitted limits do not apply; numbers are in `unit`, texts in any unit.
+    `unit` is `rad` or `m`. `command="effort"` declares a joint whose control loop runs in the program, with gains `kp` and `kd` at 1
+    kHz: `exchange` reads `effort`, and sets `bias`, the holding effort. With `operating=True`, `exchange` sets
+    `self.elbow.operating`, and `enable` and verbs wait until it is true. An omitted limit means no limit; numbers are in `unit`,
+    texts in any unit.
     """
     if unit not in ("rad", "m") or command not in ("position", "effort"):
         refuse(
@@ -86,8 +88,8 @@ def part(
 
 
 def counter(doc: str, *, unit: str = "") -> Any:
-    """Declares a counter of a driver, `damaged = counter("answers with a wrong check sum")`: initially 0, and incremented by `exchange`.
-    Programs read it in `device.counters`, `statistics` and `opengpac top`."""
+    """Declares a counter of a driver, `damaged = counter("answers with a wrong check sum")`, which starts at 0 and which `exchange`
+    increments. Programs read it in `device.counters`, `statistics` and `opengpac top`."""
     return Counter(doc, unit)
 
 
@@ -96,9 +98,9 @@ def service(method: F) -> F: ...
 @overload
 def service(*, moves: bool = False) -> Callable[[F], F]: ...
 def service(method: F | None = None, *, moves: bool = False) -> F | Callable[[F], F]:
-    """Makes a method callable by programs outside the cycle, `device.services.calibrate(at="300 K")`: its types are checked, its
-    docstring is shown. An argument may be an `Option` with unit and text. It runs between two exchanges; readings age meanwhile.
-    `@service(moves=True)` declares that it moves the machine: it is refused while an emergency stop is latched."""
+    """Makes a method callable by programs outside the cycle, `device.services.calibrate(at="300 K")`. Argument types are checked, and
+    the docstring is shown. An argument may be an `Option` with unit and text. The method runs between two exchanges, during which the
+    readings age. `@service(moves=True)` declares that it moves the machine: it is refused while an emergency stop is latched."""
 
     def made_of(method: F) -> F:
         made = Service(method, moves)

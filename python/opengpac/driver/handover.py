@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Handover of a device: the driver process of a killed program still brings its outputs to their safe state, and the next one waits for
-it.
+"""Handover of a device between programs: the driver process of a killed program still brings the outputs to their safe state, and the
+next driver process waits for it to finish.
 
-A process claims a device by a socket in the abstract namespace, which disappears with the process however it ends.
+A process claims a device by binding a socket in the abstract namespace, which disappears when the process exits for any reason.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from contextlib import suppress
 from pathlib import Path
 
 is_process = False
-"""True in the process of a driver. False under virtual time, when the class runs in the process of the program."""
+"""True in a driver process. False under virtual time, when the class runs in the process of the program."""
 
 PATIENCE_S = 10.0
-"""Time limit for an orphaned process to reach its safe state and close the device."""
+"""Time limit within which an orphaned process must reach its safe state and close the device."""
 
 
 def taken_over(device: str, patience_s: float = PATIENCE_S) -> socket.socket:
-    """Claims a device for this process and returns the claim, valid until closed; waits first for processes that a killed program left
-    behind.
+    """Claims a device for this process and returns the claim, valid until it is closed. First waits for processes that a killed program
+    left behind.
 
-    `device` identifies the device: a driver and its options. Two running programs may both claim it: the device itself must refuse
-    that. Raises `TimeoutError`, with the process, if an orphaned process does not end within `patience_s`.
+    `device` identifies the device by its driver and options. Two running programs may both claim it: the device itself must reject
+    the second. Raises `TimeoutError`, which names the process, if an orphaned process does not end within `patience_s`.
     """
     names = f"opengpac-driver-{os.getuid()}-{hashlib.sha256(device.encode()).hexdigest()[:16]}-"
     for name in _others(names):
@@ -49,7 +49,7 @@ def _others(names: str) -> Iterator[str]:
 
 
 def _wait_for(name: str, patience_s: float) -> None:
-    """Waits until the process with this claim has ended; returns immediately if its program is running."""
+    """Waits until the process with this claim has ended; returns immediately if its program is still running."""
     with socket.socket(socket.AF_UNIX) as line:
         line.settimeout(patience_s)
         with suppress(ConnectionError):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Driver classes for catalogues and commands: the class of a file, its declaration, its services, and the devices that it finds."""
+"""Catalogue of driver classes: loads the class in a file, and returns its declaration, its services, and the devices that it finds."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from .members import Counter, OptionMember, Part, Service, annotated
 
 
 def services_of(kind: type[Driver]) -> dict[str, Service]:
-    """Returns the services that programs can call outside the cycle, by name."""
+    """Returns the services that programs can call, by name."""
     found = {n: getattr(m, "service", None) for base in reversed(kind.__mro__) for n, m in vars(base).items()}
     return {name: made for name, made in found.items() if isinstance(made, Service)}
 
 
 def scanned(kind: type[Driver], options: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Returns the devices that a class finds. Refuses classes without a scan, unknown options, and malformed answers."""
+    """Returns the devices that a class finds. Refuses classes that cannot scan, unknown options, and malformed results."""
     name = kind.__name__
     if not _scans(kind):
         refuse(CallError, f"driver '{name}' cannot look for devices", "see its manual for the options that open one, or define scan(cls)")
@@ -54,7 +54,7 @@ def about(kind: type[Driver]) -> dict[str, Any]:
 
 
 def the_driver(members: Mapping[str, Any], module: str, where: str, name: str | None) -> type[Driver]:
-    """Returns the driver class of a module: the one named `name`, or the only one that the module itself declares."""
+    """Returns the driver class of a module: the class called `name`, or the only one that the module itself declares."""
     found = {n: m for n, m in members.items() if isinstance(m, type) and issubclass(m, Driver) and m.__module__ == module}
     if name is None and len(found) == 1:
         return next(iter(found.values()))

@@ -28,11 +28,11 @@ class NothingNew:
 
 
 NOTHING_NEW: Final = NothingNew()
-"""Return value of `exchange` if the machine reported nothing since the last one: the previous readings remain."""
+"""Return value of `exchange` if the machine has reported nothing since the previous exchange; the previous readings remain."""
 
 _KINDS: dict[str, type] = {"str": str, "int": int, "float": float, "bool": bool, "list": list, "dict": dict}
 _KIND_NAMES: dict[type | None, str] = {str: "text", int: "whole", float: "number", bool: "bool", list: "list", dict: "table"}
-"""Names of the kinds in declarations of drivers."""
+"""Names of option types in driver declarations."""
 
 
 class NamedMember:
@@ -89,7 +89,7 @@ def kind_of(given: Any) -> type | None:
 
 
 class Channel(NamedMember):
-    """A channel of a driver; made by `read` and `write`. As an attribute of the object it is its value."""
+    """A channel of a driver. Created by `read` and `write`. As an attribute of the driver object it is the value."""
 
     def __init__(self, type: str, unit: str, doc: str, write: bool, safe: Any, slew: float | None) -> None:
         number, _, count = type.partition("[")
@@ -102,20 +102,20 @@ class Channel(NamedMember):
         self.initial = (zero if self.elements is None else [zero] * self.elements) if safe is None else safe
 
     def pack(self, value: Any) -> bytes:
-        """Returns the bytes of a value. Refuses values that do not fit the type."""
+        """Returns the bytes of a value. Refuses values that the type cannot represent."""
         try:
             return self.format.pack(*(value if self.elements is not None else (value,)))
         except (struct.error, TypeError) as why:
             raise TypeError(f"channel '{self.name}' ({self.type}) cannot hold {value!r}: {why}") from None
 
     def unpack(self, group: bytes, offset: int) -> Any:
-        """Returns the value at `offset` of the group."""
+        """Unpacks the value at `offset` of the group."""
         values = self.format.unpack_from(group, offset)
         return values[0] if self.elements is None else list(values)
 
 
 class Part(NamedMember):
-    """A joint of the machine; made by `part`. As an attribute of the object it is its `PartValues`."""
+    """A joint of the machine. Created by `part`. As an attribute of the driver object it is the joint's `PartValues`."""
 
     def __init__(self, unit: str, command: str, operating: bool, limits: Mapping[str, Any]) -> None:
         self.unit, self.command, self.limits = unit, command, limits
@@ -143,9 +143,9 @@ class Part(NamedMember):
 
 
 class PartValues:
-    """Values of a joint: `position`, `velocity`, and `goal` or `bias` and `effort`, as its `part` declares.
+    """Values of a joint: `position`, `velocity`, and `goal` or `bias` and `effort`, as declared by its `part`.
 
-    `engaged` is True if a verb commands the joint; the motor of a disengaged joint must be off, or hold.
+    `engaged` is True if a verb commands the joint; the motor of a disengaged joint must be off, or hold its position.
     """
 
     def __init__(self, part: Part) -> None:
@@ -162,7 +162,7 @@ class PartValues:
 
 
 class Counter(NamedMember):
-    """Counter of a driver; made by `counter`. As an attribute of the object it is the present count."""
+    """Counter of a driver. Created by `counter`. As an attribute of the driver object it is the current count."""
 
     def __init__(self, doc: str, unit: str) -> None:
         self.doc, self.unit = doc, unit
@@ -173,7 +173,7 @@ class Counter(NamedMember):
 
 
 class Service:
-    """A service of a driver; made by `service` from a method. Its arguments are those of the method, as `Option`s or with plain
+    """A service of a driver. Created by `service` from a method. Its arguments are those of the method, as `Option`s or with plain
     defaults."""
 
     def __init__(self, method: Callable[..., Any], moves: bool) -> None:
@@ -194,7 +194,7 @@ class Service:
             refuse(DefinitionError, f"service '{self.name}' has no docstring", "describe in one line what it does")
 
     def taken(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        """Returns the arguments of the method. Refuses missing or unknown arguments and wrong types."""
+        """Returns the arguments for the method. Refuses missing or unknown arguments and arguments of the wrong type."""
         for wrong in given.keys() - self.arguments.keys():
             refuse(CallError, f"service '{self.name}' has no argument '{wrong}'", did_you_mean(wrong, self.arguments))
         found: dict[str, Any] = {}

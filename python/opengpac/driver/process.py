@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Process of a driver in Python: its main function, and the exchange between the compiled core and an object of the driver's class."""
+"""Process of a driver in Python: its main function, and the adapter between the compiled core and an object of the driver's class."""
 
 from __future__ import annotations
 
@@ -20,13 +20,14 @@ from .manual import about, services_of, the_driver
 from .members import NOTHING_NEW, Channel, Counter
 
 _Placed = tuple[Channel, int, dict[str, Any], str]
-"""A channel, its offset in its group, and the location of its value on the object."""
+"""A channel, its offset in its group, and the place where the object stores its value."""
 _AGE_MAX_S = 1e6
-"""Maximum age of readings that a program could use."""
+"""Maximum age of readings, s; a program has no use for older ones."""
 
 
 class Exchange:
-    """An object of a driver's class as used by the compiled core: it receives bytes of commands and returns bytes of readings."""
+    """Adapter between an object of a driver's class and the compiled core: it receives the commands and returns the readings, both as
+    bytes."""
 
     def __init__(self, options_json: str) -> None:
         options: dict[str, Any] = json.loads(options_json)
@@ -47,13 +48,13 @@ class Exchange:
 
     @property
     def beside(self) -> str:
-        """Declarations other than channels, as JSON: services, counters, parts."""
+        """Returns the declarations other than channels as JSON: services, counters and parts."""
         told = about(self._kind)
         return json.dumps({name: told[name] for name in ("services", "counters", "parts") if told[name]})
 
     @property
     def channels(self) -> str:
-        """Channels as JSON."""
+        """Returns the channels as JSON."""
         return json.dumps([
             {
                 "name": name, "write": c.write, "type": c.type, "unit": c.unit, "doc": c.doc, "slew": c.slew,
@@ -70,17 +71,17 @@ class Exchange:
         self._readings = bytearray(readings_len)
 
     def open(self) -> None:
-        """Opens the device; in a separate process, only after any orphaned process has released it."""
+        """Opens the device. In a separate process, waits first until an orphaned process has released it."""
         with self._busy:
             if handover.is_process:
                 self._sign = handover.taken_over(self._device)
             self._driver.open()
 
     def exchange(self, commands: bytes, engaged: bytes = b"") -> tuple[bytes, list[int], float | None]:
-        """Makes one exchange: the driver reads the commands from its channels, and stores its readings there.
+        """Performs one exchange: the driver reads the commands from its channels, and stores its readings there.
 
-        Returns the readings, the counters, and the age of the readings in s, or None if they are the previous ones. `engaged`: for
-        each written channel, whether a verb commands it; all are engaged by default.
+        Returns the readings, the counters, and the age of the readings in s, or None if they are the previous ones. `engaged`
+        indicates for each written channel whether a verb commands it; by default, all are engaged.
         """
         with self._busy:
             for index, (channel, offset, values, name) in enumerate(self._writes):
@@ -94,7 +95,7 @@ class Exchange:
             return bytes(self._readings), [max(0, int(self._driver.__dict__[name])) for name in self._counters], age_s
 
     def serve(self, service: str, arguments_json: str) -> str:
-        """Runs a service and returns its answer as JSON. Refuses unknown services and answers of another type."""
+        """Runs a service and returns its result as JSON. Refuses unknown services and results of the wrong type."""
         if service not in self._services:
             raise LookupError(f"it has no service '{service}'")
         with self._busy:
@@ -122,7 +123,7 @@ class Exchange:
 
 
 def _age_of(told: Any) -> float | None:
-    """Returns the age of readings, s, from the return value of `exchange`. Refuses other values."""
+    """Returns the age of readings in s, from the return value of `exchange`. Refuses other values."""
     if told is None:
         return 0.0
     if told is NOTHING_NEW:

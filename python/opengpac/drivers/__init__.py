@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drivers of physical devices, to be opened by `rtp.physical_device(name, driver, exchange=source)`."""
+"""Drivers of physical devices, opened by `rtp.physical_device(name, driver, exchange=source)`."""
 
 import importlib
 from typing import TYPE_CHECKING, Any
@@ -51,7 +51,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Loads FMUs and test counterparts on first use: a program that drives a machine does not need them."""
+    """Imports FMUs and test counterparts on first use, since a program that drives a machine does not need them."""
     if name == "fake":
         return importlib.import_module(".fake", __name__)
     if name == "fmu":

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`opengpac new driver`: creates a file, or a crate, with a working driver to be modified."""
+"""`opengpac new driver`: creates a file, or a crate, with a working driver as a starting point."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ const char *{name}_write(struct {name} *self, int64_t release_ns, const uint8_t 
 // After a fault, an emergency stop, at the end.
 void {name}_safe_state(struct {name} *self) {{ self->speed = 0.0; }}
 """
-"""A driver in C: `C.format(name="axis")`."""
+"""Template of a driver in C: `C.format(name="axis")`."""
 
 PYTHON = """# SPDX-License-Identifier: Apache-2.0
 import math
@@ -103,7 +103,7 @@ class {Name}(Driver):
         \"""Sets the position: device.services.place(position="90 deg").\"""
         self.position = position
 """
-"""A driver in Python: `PYTHON.format(name="axis", Name="Axis")`."""
+"""Template of a driver in Python: `PYTHON.format(name="axis", Name="Axis")`."""
 
 _MANIFEST = """[package]
 name = "{name}"
@@ -119,7 +119,7 @@ crate-type = ["cdylib"]
 
 
 def crate(name: str) -> dict[str, str]:
-    """Returns the files of a crate with a driver in Rust, by path. It depends on no other crate: all files but `lib.rs` are the
+    """Returns the files of a crate with a driver in Rust, by path. The crate has no dependencies: all files but `lib.rs` are the
     interface."""
     sources = {path.name: path.read_text() for path in sorted((Path(__file__).parent / "rust").glob("*.rs"))}
     texts = {f"src/{file}": text.replace("{name}", name) if file == "lib.rs" else text for file, text in sources.items()}

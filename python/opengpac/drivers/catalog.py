@@ -22,7 +22,8 @@ from .in_python import where
 from .loading import load
 
 Look = Callable[[str, Mapping[str, Any]], builtins.list[dict[str, Any]]]
-"""Makes a driver search for devices: takes its kind and options; returns for each device a description and the options that open it."""
+"""Function that searches for devices with one driver. It takes the driver's kind and options, and returns for each device a description
+and the options that open it."""
 
 
 class Manual(TableDisplay):
@@ -31,18 +32,18 @@ class Manual(TableDisplay):
     def __init__(self, about: Mapping[str, Any], source: str | None = None) -> None:
         self.about = about
         self.source: str = source or about["kind"]
-        """Argument for showing it and for scans: its kind, or the file from which it comes."""
+        """Argument that selects the driver in `show` and `scan`: its kind, or the file that defines it."""
         self.kind: str = about["kind"]
         self.doc: str = about["doc"]
         self.class_: str = about["class"]
-        """Execution context of its exchanges: `inline`, `worker` or `process`."""
+        """Execution context of the driver's exchanges: `inline`, `worker` or `process`."""
         self.options: builtins.list[dict[str, Any]] = about["options"]
         self.safe_state: dict[str, Any] = about["safe_state"]
         self.services: builtins.list[dict[str, Any]] = about["services"]
         self.counters: builtins.list[dict[str, Any]] = about["counters"]
         self.rights: builtins.list[str] = about["rights"]
         self.scans: bool = about["scans"]
-        """True if it can search for devices."""
+        """True if the driver can search for devices."""
 
     def _lines(self) -> Iterator[str]:
         yield f"{self.kind}: {self.doc}"
@@ -82,13 +83,13 @@ _CLASSES = {
 
 
 def safe_state_text(about: Mapping[str, Any]) -> str:
-    """Returns `torque off, by driver and device, within 20 ms`."""
+    """Returns the safe state as text: `torque off, by driver and device, within 20 ms`."""
     within = f", within {duration_text(about['within_ns'])}" if about["within_ns"] else ""
     return f"{about['doc']}, by {' and '.join(about['by'])}{within}"
 
 
 class Manuals(builtins.list[Manual], TableDisplay):
-    """Manuals of drivers."""
+    """List of the manuals of drivers."""
 
     def __str__(self) -> str:
         return repr(self._table())
@@ -99,7 +100,7 @@ class Manuals(builtins.list[Manual], TableDisplay):
 
 
 class Found(builtins.list[dict[str, Any]], TableDisplay):
-    """Devices found, each as `{"driver", "what", "options"}`; `problems` contains the drivers that could not search, with the reason."""
+    """Devices found, each as `{"driver", "what", "options"}`; `problems` lists the drivers that could not search, with their reasons."""
 
     def __init__(self, found: builtins.list[dict[str, Any]], problems: Mapping[str, str]) -> None:
         super().__init__(found)
@@ -121,10 +122,10 @@ def list() -> Manuals:
 
 
 def show(kind: str) -> Manual:
-    """Returns the declaration of a driver: options with units and defaults, class, safe state, services, counters, rights.
+    """Returns the declaration of a driver: options with units and defaults, class, safe state, services, counters, privileges.
 
     `kind` may also be the file of a driver in Python, `"thermometer.py"` or `"package.module:Class"`, or a file that
-    `gpac.drivers.load` takes, `"conveyor.c"`. A file with several drivers has a manual for each: `manuals` returns all of them.
+    `gpac.drivers.load` accepts, `"conveyor.c"`. `manuals` returns all manuals of a file with several drivers.
     """
     found = manuals(kind)
     if len(found) != 1:
@@ -133,7 +134,7 @@ def show(kind: str) -> Manual:
 
 
 def manuals(kind: str) -> Manuals:
-    """Returns the manual of a driver, or those of each driver in a file or folder. `kind` is that of `show`."""
+    """Returns the manual of a driver, or of each driver in a file or folder. `kind` is as in `show`."""
     known = {manual.kind: manual for manual in list()}
     if kind in known:
         return Manuals([known[kind]])
@@ -145,7 +146,7 @@ def manuals(kind: str) -> Manuals:
 
 
 def is_file(kind: str) -> bool:
-    """Returns whether `kind` is the file of a driver rather than a registered kind; `name@/its/file.so` of a loaded driver is a kind."""
+    """Returns whether `kind` is a driver's file rather than a registered kind; `name@/its/file.so`, a loaded driver, is a kind."""
     name, _, kept = kind.partition("@")
     if os.sep not in name and Path(kept).is_absolute():
         return False
@@ -167,7 +168,7 @@ def _class_of(source: str) -> type[Driver]:
 
 
 def _of_class(source: str, general: Mapping[str, Any]) -> Manual:
-    """Returns the manual of a driver in Python: the declarations of its class, and those common to all of them."""
+    """Returns the manual of a driver in Python: the declarations of its class, and the declarations common to all such drivers."""
     made = _class_of(source)
     beside = [option for option in general["options"] if option["name"] in ("period_ns", "age_max_ns", "timeout_ns")]
     about = declaration(made)
@@ -175,10 +176,11 @@ def _of_class(source: str, general: Mapping[str, Any]) -> Manual:
 
 
 def scan(kind: str | None = None, **options: Any) -> Found:
-    """Searches for devices that a driver could open; nothing moves. `options` limit the search, like those that open a device.
+    """Searches for devices that a driver could open, without moving any machine. `options` limit the search; they are those that open a
+    device.
 
-    Without `kind` every driver that can search does; `problems` of the result contains the failures. `kind` may be a file, as for
-    `show`. It searches this host; `cell.scan_devices(kind)` searches the host of a remote system.
+    Without `kind`, every driver that supports it searches; `problems` of the result contains the failures. `kind` may be a file, as
+    for `show`. Searches this host; `cell.scan_devices(kind)` searches the host of a remote system.
     """
     return searched(_here, kind, options) if kind is None or not is_file(kind) else _in_file(kind, options)
 
@@ -198,8 +200,7 @@ def _here(kind: str, options: Mapping[str, Any]) -> builtins.list[dict[str, Any]
 
 
 def on_host_of(system: Any) -> Look:
-    """Returns a function that makes drivers search on the host of a system, by its interface: that of the binding, or of a remote
-    system."""
+    """Returns a function with which drivers search on the host of a system. `system` is the local binding's, or a remote one."""
 
     def look(kind: str, options: Mapping[str, Any]) -> builtins.list[dict[str, Any]]:
         with refusals:
@@ -209,7 +210,7 @@ def on_host_of(system: Any) -> Look:
 
 
 def searched(look: Look, kind: str | None, options: Mapping[str, Any]) -> Found:
-    """Returns the devices that drivers find by `look`; without a kind, those of all drivers that can search."""
+    """Returns the devices that drivers find through `look`; without a kind, all drivers that can search do so."""
     kinds = [manual.kind for manual in list() if manual.scans] if kind is None else [kind]
     found: builtins.list[dict[str, Any]] = []
     problems: dict[str, str] = {}

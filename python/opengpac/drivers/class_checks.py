@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of a driver in Python on its class itself: values that reach `exchange`, and leaks over many exchanges and lives.
+"""Checks of a driver in Python on its class itself: values that reach `exchange`, and leaks over many exchanges and life cycles.
 
-The kit of the compiled core sees such a driver through its process, which filters odd commands and hides leaks by restarts. Here one
-process makes an object of the class and calls it directly. It prints one line of JSON for each check and ends at the first failure.
+The test kit of the compiled core sees such a driver only through its process, which filters invalid commands, and hides leaks by
+restarting. Here, one process creates an object of the class and calls it directly. It prints one line of JSON for each check, and
+stops at the first failure.
 """
 
 from __future__ import annotations
@@ -41,11 +42,11 @@ SENTENCES = {
     "class-memory": "memory use stays constant over many exchanges",
 }
 EXCHANGES = 600
-"""Exchanges of one run: more than the 200 after which a driver that counts its readings may change its behaviour."""
+"""Number of exchanges in one run. Exceeds 200, because a driver that counts its readings may change its behaviour at that number."""
 BRIEF_S = 0.005
-"""Average processor time of one exchange: half of the budget of a driver at 100 Hz."""
+"""Maximum average processor time of one exchange, s: half the budget of a driver at 100 Hz."""
 GROWTH_BYTES = 16.0
-"""Maximum number of bytes leaked per exchange: less than one float in a list."""
+"""Maximum number of leaked bytes per exchange: less than one float in a list."""
 
 
 def life(options: str) -> None:
@@ -95,7 +96,7 @@ AT_FIRST: dict[str, Any] = {}
 
 
 def shared() -> dict[str, Any]:
-    """Returns the state of this process on which other code relies, by name."""
+    """Returns the process-wide state on which other code relies, by name of the aspect."""
     mask = os.umask(0)
     os.umask(mask)
     handlers = {each.name: signal.getsignal(each) for each in signal.Signals}
@@ -158,7 +159,7 @@ VALUES: dict[str, Callable[[bool], Any]] = {
 
 
 def commanded(channel: Channel, of: Callable[[bool], Any]) -> Any:
-    """Returns the value in the channel's type, or its safe value if the type cannot represent it."""
+    """Converts the value to the channel's type, or returns the channel's safe value if the type cannot represent it."""
     number = channel.type.partition("[")[0]
     value = of(number in ("float", "double"))
     if number == "bool":
@@ -188,7 +189,7 @@ def values(options: str) -> None:
 
 
 def left(options: str, count: Callable[[], int], what: str) -> None:
-    """Fails if the count grows over many exchanges, or over several lives."""
+    """Fails if the count grows over many exchanges or over several life cycles."""
     with opened(options) as subject:
         subject.steady(20)
         before = count()
@@ -255,7 +256,7 @@ CHECKS: dict[str, Callable[[str], None]] = {
 
 
 def main() -> int:
-    """Checks the class that standard input describes; prints each outcome as a line of JSON on the original standard output."""
+    """Checks the class described on standard input; prints each outcome as a line of JSON to the original standard output."""
     options = sys.stdin.read()
     AT_FIRST.update(shared())
     # Output printed by the driver is not an outcome.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of the parts of a driver's class: each rests, follows its commands, and reports its motion."""
+"""Checks of the parts of a driver's class: each part must rest, follow its commands, and report its motion."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from ..driver.members import Part
 from .class_subject import Subject, Wrong, opened, said
 
 PUSHED = 20
-"""Number of exchanges of a push of a part, one each `PAUSE_S`: machines move in wall-clock time."""
+"""Number of exchanges while a part is pushed, `PAUSE_S` apart, because machines move in wall-clock time."""
 PAUSE_S = 0.01
 CREEP = 0.01
 """Maximum motion, in rad or m, of a part at rest in `PUSHED` exchanges."""
 MOTION = 1e-9
-"""Smallest change, in rad or m, that counts as motion."""
+"""Minimum change, in rad or m, that counts as motion."""
 CLEAR = 1e-4
-"""Change, in rad or m, from which the direction of a motion is certain."""
+"""Change, in rad or m, above which the direction of a motion is certain."""
 OPERATING_S = 20.0
-"""Time limit for a part to report that it follows."""
+"""Time limit, in s, for a part to report that it is operating."""
 
 
 class PartSubject:
-    """One part of an open subject, to be pushed."""
+    """A part under test of an open subject."""
 
     def __init__(self, subject: Subject, part: Part) -> None:
         self.subject, self.part = subject, part
@@ -31,7 +31,7 @@ class PartSubject:
         self.command = f"{part.name}.{'goal' if part.command == 'position' else 'effort'}"
 
     def exchange(self, command: float | None) -> None:
-        """Makes one exchange with this command of the part, and none for the others; with None, the part is not commanded either."""
+        """Performs one exchange that commands only this part, or, with None, no part."""
         commanded = {} if command is None else {self.command: command}
         engaged = bytes(channel.name in commanded for channel in self.subject.writes)
         try:
@@ -41,7 +41,7 @@ class PartSubject:
         time.sleep(PAUSE_S)
 
     def rests(self) -> None:
-        """Fails if the part creeps."""
+        """Fails if the part creeps while it should be at rest."""
         self.exchange(None)
         start = self.values["position"]
         for _ in range(PUSHED):
@@ -50,7 +50,7 @@ class PartSubject:
             raise Wrong(f"part '{self.part.name}' moves from {start} to {self.values['position']} without a command")
 
     def push(self, sign: float) -> tuple[float, float]:
-        """Pushes the part gently in one direction. Returns the distance moved, and its mean velocity."""
+        """Pushes the part gently in one direction. Returns the distance moved and the mean velocity."""
         start, velocities = self.values["position"], []
         limits = self.part.limits
         for number in range(1, PUSHED + 1):
@@ -63,7 +63,7 @@ class PartSubject:
         return self.values["position"] - start, sum(velocities) / PUSHED
 
     def is_ready(self) -> bool:
-        """Engages the part at its position; returns whether it follows within its time limit."""
+        """Engages the part at its position; returns whether it becomes operational within the time limit."""
         end_s = time.monotonic() + OPERATING_S
         while time.monotonic() < end_s:
             self.exchange(self.values["position" if self.part.command == "position" else "bias"])

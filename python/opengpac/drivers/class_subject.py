@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Object of a driver's class for the checks of classes, and the failures that they find."""
+"""Object of a driver's class under test, and the failures that the checks find."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..driver.members import Channel
 from ..driver.process import Exchange
 
 BUSY_S = 5.0
-"""Time limit of a run of exchanges: a slow device makes fewer."""
+"""Time limit of a run of exchanges, in s; with a slow device, fewer exchanges are made."""
 
 
 class Wrong(Exception):
@@ -23,7 +23,7 @@ class Wrong(Exception):
 
 
 class Subject:
-    """One object of the class, with buffers for its channels."""
+    """One object of the class under test, with buffers for its channels."""
 
     def __init__(self, options_json: str) -> None:
         self._exchange = Exchange(options_json)
@@ -39,21 +39,20 @@ class Subject:
         self.counted: list[int] = []
 
     def call(self, name: str) -> None:
-        """Calls a method of its life cycle. Raises `Wrong` if that raises."""
+        """Calls a method of the object's life cycle. Raises `Wrong` if the method raises an exception."""
         try:
             getattr(self._exchange, name)()
         except (Exception, SystemExit) as why:
             raise Wrong(f"{name}() raises {said(why)}") from why
 
     def exchange(self, value: Callable[[Channel], Any] = lambda channel: channel.initial, engaged: bytes = b"") -> None:
-        """Makes one exchange with these commands; its exceptions propagate. `value` returns each command, `engaged` is that of
-        `Exchange.exchange`."""
+        """Performs one exchange with the commands that `value` returns; exceptions propagate. `engaged` is as in `Exchange.exchange`."""
         commands = b"".join(channel.pack(value(channel)) for channel in self.writes)
         self.counted = self._exchange.exchange(commands, engaged)[1]
 
     def steady(self, times: int) -> int:
-        """Exchanges with the safe commands; returns the number made within the time limit. Raises `Wrong` if one raises or a reading is
-        not finite."""
+        """Exchanges with the safe commands; returns the number of exchanges made within the time limit. Raises `Wrong` if an exchange
+        raises an exception or a reading is not finite."""
         end_s = time.monotonic() + BUSY_S
         for number in range(1, times + 1):
             try:
@@ -79,7 +78,7 @@ class Subject:
 
 
 def said(why: BaseException) -> str:
-    """Returns the text of an exception in one line."""
+    """Returns the text of an exception as one line."""
     return f"{type(why).__name__}: {str(why).splitlines()[0] if str(why) else 'no text'}"
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`opengpac driver check`: checks whether a driver complies with the interface of drivers."""
+"""`opengpac driver check`: checks whether a driver conforms to the driver interface."""
 
 from __future__ import annotations
 
@@ -73,10 +73,10 @@ def run(given: argparse.Namespace) -> int:
 def check(
     driver: Driver, *, exchanges: int = 1_000_000, goes_on: Callable[[str, str], bool] = lambda _check, _verdict: True
 ) -> dict[str, Any]:
-    """Returns the report of the kit on a driver: {"driver", "passed", "checks": [{"check", "sentence", "verdict", "why"}], "text"}.
+    """Returns the test kit's report on a driver: {"driver", "passed", "checks": [{"check", "sentence", "verdict", "why"}], "text"}.
 
-    `goes_on` is called with the name and the verdict of each finished check, and stops the checks by returning False. The checks on
-    the class of a driver in Python always stop at the first failure.
+    `goes_on` is called with the name and the verdict of each finished check, and stops the checks by returning False. For a driver in
+    Python, the checks on its class always stop at the first failure.
     """
     of_class = _of_class(driver, goes_on) if driver.kind == "python" else []
     if any(each["verdict"] == "failed" for each in of_class):
@@ -93,7 +93,7 @@ def check(
 
 
 def shown(report: Mapping[str, Any], verbose: bool) -> str:
-    """Returns a report for people: the failures with their reasons, and with `verbose` each check."""
+    """Returns a human-readable report: the failures with their reasons, and with `verbose` each check."""
     lines = report["text"].splitlines()
     return "\n".join(line for line in lines if verbose or not line.startswith(("passed ", "- ")))
 
@@ -101,11 +101,11 @@ def shown(report: Mapping[str, Any], verbose: bool) -> str:
 SIMULATED = ("loopback", "mujoco", "scripted")
 """Drivers that do not move a machine."""
 CLASS_S = 50.0
-"""Time limit of one check of a class: a hang is reported within a minute."""
+"""Time limit of one check of a class, so that a hang is reported within a minute."""
 
 
 def _ask(driver: Driver) -> None:
-    """Asks the user for permission to send extreme commands. Refuses if there is no terminal or the answer is no."""
+    """Asks the user for permission to send extreme commands. Refuses if there is no terminal or the user declines."""
     if driver.kind in SIMULATED:
         return
     what = "the kit sends infinite, extreme and absurd commands to any machine that these options connect"
@@ -117,7 +117,7 @@ def _ask(driver: Driver) -> None:
 
 
 def _of_class(driver: Driver, goes_on: Callable[[str, str], bool]) -> list[dict[str, Any]]:
-    """Checks the class of a driver in Python itself, up to the first check that fails."""
+    """Checks the class of a driver in Python directly, until the first failure."""
     given = {name: driver.options[name] for name in ("path", "module", "class", "options", "paths") if driver.options.get(name) is not None}
     command = [sys.executable, "-m", "opengpac.drivers.class_checks"]
     outcomes: list[dict[str, Any]] = []
@@ -143,7 +143,7 @@ def _of_class(driver: Driver, goes_on: Callable[[str, str], bool]) -> list[dict[
 
 
 def _report(driver: str, checks: list[dict[str, Any]]) -> dict[str, Any]:
-    """Returns a report of these checks, in the form of the compiled core."""
+    """Returns a report of these checks, in the format of the compiled core."""
     words = {"passed": "passed", "failed": "FAILED", "not applicable": "-"}
     lines = []
     for each in checks:
@@ -167,7 +167,7 @@ def _drivers(name: str, options: Mapping[str, Any]) -> Iterator[Driver]:
 
 
 def _option(text: str) -> tuple[str, Any]:
-    """Reads an option: `gain=2` is a number, `name=belt` a text, `ids=[1, 2]` a list."""
+    """Parses an option: `gain=2` is a number, `name=belt` a text, `ids=[1, 2]` a list."""
     name, is_one, value = text.partition("=")
     if not is_one:
         refuse(CallError, f"'{text}' is not an option", "write name=value")
@@ -178,7 +178,7 @@ def _option(text: str) -> tuple[str, Any]:
 
 
 def _counting(folder: Path) -> str | None:
-    """Returns the library that counts allocations, or None if no compiler can build it."""
+    """Builds and returns the library that counts allocations, or None if no compiler can build it."""
     source = folder / "counting.c"
     source.write_text(_native.counting_text())
     try:

@@ -10,7 +10,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Driver:
-    """A kind of driver and its options."""
+    """A driver to be opened: its kind and its options."""
 
     kind: str
     options: Mapping[str, Any] = field(default_factory=dict)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads a subdevice's process data from its vendor's file: EtherCAT Slave Information (ESI)."""
+"""Reads a subdevice's process data from its vendor's EtherCAT Slave Information (ESI) file."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ _KINDS = {
     "BOOL": 0x01, "SINT": 0x02, "INT": 0x03, "DINT": 0x04, "USINT": 0x05, "UINT": 0x06, "UDINT": 0x07, "REAL": 0x08, "LREAL": 0x11,
     "LINT": 0x15, "ULINT": 0x1B, "BYTE": 0x1E, "WORD": 0x1F, "DWORD": 0x20,
 }  # fmt: skip
-"""Data types by their CoE numbers; others are unsigned integers."""
+"""Data types by their CoE numbers; other numbers stand for unsigned integers."""
 
 
 def described(path: str | Path, *, type: str | None, product: int | None, revision: int | None, what: str) -> dict[str, Any]:
     """Returns the options `pdos`, `vendor` and `product` of a subdevice from an ESI file.
 
-    A file often describes several: `type`, as in `EL1008`, or `product` selects one. Of several revisions it selects `revision`, by
-    default the newest. `what` names the subdevice in errors. Raises `CallError` if the file at `path` cannot be read or does not
-    describe the subdevice.
+    A file often describes several subdevices; `type`, as in `EL1008`, or `product` selects one, and `revision` selects its revision,
+    by default the newest. Error messages call the subdevice `what`. Raises `CallError` if the file at `path` cannot be read or does
+    not describe the subdevice.
     """
     path = Path(path)
     root = _parsed(path, what)
@@ -88,7 +88,7 @@ def _pdo(of: Element, is_output: bool, path: Path) -> dict[str, Any]:
 
 
 def _name(names: Sequence[Element]) -> str:
-    """Returns the name; of several, the English one."""
+    """Returns the name; the English one if there are several languages."""
     english = [name for name in names if name.get("LcId") in ("1033", None)]
     return ((english or names)[0].text or "").strip() if names else ""
 

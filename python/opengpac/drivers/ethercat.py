@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drives on EtherCAT."""
+"""EtherCAT drives."""
 
 from __future__ import annotations
 
@@ -25,33 +25,33 @@ def ethercat(
     sync0: Quantity | None = None,
     sync0_shift: Quantity | None = None,
 ) -> Driver:
-    """Drives by CiA 402 on EtherCAT, an axis each: `gpac.drivers.ethercat("eth1", {"lift": {"counts": 131072 / 0.01, "unit": "m"}})`.
+    """CiA 402 drives on EtherCAT, one axis each: `gpac.drivers.ethercat("eth1", {"lift": {"counts": 131072 / 0.01, "unit": "m"}})`.
 
     Each of `axes` is a name with its options. `counts`: encoder counts per unit of position, negative to reverse the direction. `at`:
-    its position on the line (by default its position here). `mode`: `position` (default), `velocity` or `torque`. `unit`: `rad`
+    its position on the line (by default its index here). `mode`: `position` (default), `velocity` or `torque`. `unit`: `rad`
     (default) or `m`. `offset`: counts at position 0. `speed_max`, `range`: its limits. `rated_torque`: N.m or N, required in mode
     `torque`. `pdos`: `device` to use the drive's own process data, `written` (default) if the driver writes them. `brake`: the output
     of a brake that the drive does not operate itself, `{}` or `{'bit': 1, 'released_by_one': True}`. `operating_within_s` (3): time
-    limit for the drive to become operational once it is engaged; then the device is lost, and the drive stays off. `vendor`,
+    limit for the drive to become operational once it is engaged; after that, the device is lost, and the drive stays off. `vendor`,
     `product`, `revision`, `serial`, `alias`: the required identity of its drive, as shown by a scan; a drive that differs from these
     or from the one first opened is reported and nothing is switched on.
 
-    `terminals` are terminals of inputs and outputs, digital or analog, encoders and sensors, each with `at`: `{"io": {"at": 2,
+    `terminals` are input and output terminals, digital or analog, as well as encoders and sensors, each with `at`: `{"io": {"at": 2,
     "channels": {"door": "Channel 3", "force": {"entry": "AI Standard Channel 1.Value", "scale": 0.01, "unit": "N"}}}}`. A channel is
-    an entry of their process data, by the vendor's name or by its object, `0x6000:1`; without `channels` all entries are channels,
-    named in lower case with underscores. With `scale` or `offset` a channel is a double, counts × scale + offset, in `unit`;
-    otherwise it has the type of its entry. `safe`: the value of an output while it is not commanded (off, or 0 counts). Names come
-    from the terminal's EEPROM, which is read when the device is made, or with `esi` from the vendor's XML file, in which `type`
-    (`"EL1008"`), `product` and `revision` select the terminal. `vendor`, `product`, `revision`, `serial`, `alias` are compared as for
-    an axis. `device["io.door"]` is a channel.
+    an entry of their process data, given by the vendor's name or by its index, `0x6000:1`; without `channels` all entries are
+    channels, named in lower case with underscores. With `scale` or `offset` a channel is a double, counts × scale + offset, in
+    `unit`; otherwise it has the type of its entry. `safe`: the value of an output while it is not commanded (off, or 0 counts). Names
+    come from the terminal's EEPROM, which is read when the device is created, or with `esi` from the vendor's XML file, in which
+    `type` (`"EL1008"`), `product` and `revision` select the terminal. `vendor`, `product`, `revision`, `serial`, `alias` are compared
+    as for an axis. `device["io.door"]` is a channel.
 
     Channels of an axis: `position`, `velocity`, `torque`, `status`, `error`, `homing`, `operating` (read), and `goal`, `rate` or
-    `effort` (written), depending on its mode. `enable` and verbs wait for `operating`. An axis is switched on by CiA 402 when its
-    written channel is engaged, and never jumps: its target starts at its position and changes at no more than `speed_max`. `timeout`
-    (100 ms) is the watchdog of the drives. `lost_after` (3) cycles without an answer lose the device. `sync0`, the period of the
-    source, sets the distributed clocks of the drives to the time of this host and makes them accept their targets with SYNC0,
-    `sync0_shift` (half of it) after each release. `interface` is a network interface, which needs CAP_NET_RAW, or that of an emulated
-    segment, `gpac.drivers.fake.ethercat`.
+    `effort` (written), depending on its mode. `enable` and verbs wait for `operating`. An axis is switched on through the CiA 402
+    state machine when its written channel is engaged, and never jumps: its target starts at its actual position and changes no faster
+    than `speed_max`. `timeout` (100 ms) is the watchdog of the drives. The device is lost after `lost_after` (3) cycles without an
+    answer. `sync0`, the period of the source, synchronises the distributed clocks of the drives to the time of this host and makes
+    them accept their targets with SYNC0, `sync0_shift` (half of it) after each release. `interface` is a network interface, which
+    needs CAP_NET_RAW, or that of an emulated segment, `gpac.drivers.fake.ethercat`.
     """
     for name, axis in axes.items():
         if not isinstance(axis, Mapping):
@@ -74,7 +74,7 @@ def ethercat(
 
 
 def _terminal(name: str, terminal: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the options of a terminal in the driver's form: a channel given as text is the entry of that name, and an ESI file
+    """Returns the options of a terminal in the driver's format. A channel given as text becomes the entry of that name, and an ESI file
     supplies the process data."""
     told = {"name": name, **terminal}
     if (channels := told.get("channels")) is not None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drivers written in Python: classes derived from `opengpac.driver.Driver`, each in a separate process."""
+"""Drivers written in Python: classes derived from `opengpac.driver.Driver`, each of which runs in a separate process."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ def python(
     timeout: Quantity | None = None,
     **options: Any,
 ) -> Driver:
-    """A driver written in Python, in a separate process. `source` is a file, `"package.module:Class"`, or the class itself.
+    """A driver written in Python, which runs in a separate process. `source` is a file, `"package.module:Class"`, or the class itself.
 
-    `period` (10 ms) is the interval of its `exchange`, `options` are those that the class declares. The source that exchanges with
-    the device never waits for it: it takes the newest readings, whose age is the channel `age`; if they are older than `age_max` (10
-    periods, at least 100 ms) the device is lost. `class_` names the class in a file with several. `timeout` is the device's watchdog,
-    as for `gpac.drivers.loopback`. Under the virtual clock the class runs in this process, at each firing of its source.
+    `period` (10 ms) is the interval of its `exchange`; `options` are those that the class declares. The source that exchanges with
+    the device never waits for it: it takes the latest readings, whose age is the channel `age`; if they are older than `age_max` (10
+    periods, at least 100 ms) the device is lost. `class_` selects the class in a file with several. `timeout` is the device's
+    watchdog, as for `gpac.drivers.loopback`. Under the virtual clock the class runs in this process, at each firing of its source.
     """
     return Driver(
         "python",
@@ -47,7 +47,7 @@ def python(
 
 
 def where(source: Any, class_: str | None) -> dict[str, str | None]:
-    """Returns the location of a driver's class as driver options."""
+    """Returns the driver options that locate a driver's class."""
     if isinstance(source, type) and issubclass(source, written.Driver):
         if source.__module__ == "__main__":
             refuse(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""User-defined drivers from files: sources in C or C++, shared objects, or folders of them."""
+"""User-defined drivers from files: C or C++ sources, shared objects, or folders of them."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ _TRIAL_SECONDS = 60
 
 
 class Drivers:
-    """Drivers of a file or a folder, made by `gpac.drivers.load`.
+    """Drivers of a file or a folder. Returned by `gpac.drivers.load`.
 
-    Calling it makes a driver with options, like `gpac.drivers.loopback(...)`: `axis(gain=2)` if there is a single driver,
+    Calling it creates a driver with options, like `gpac.drivers.loopback(...)`: `axis(gain=2)` if there is a single driver,
     `machines.axis(gain=2)` if there are several. A number may be a text with a unit, `gain="2 rad/s"`; a time declared as `period_ns`
     can also be set by `period="5 ms"`. Undeclared options are refused.
     """
@@ -59,12 +59,12 @@ class Drivers:
 
     @property
     def help(self) -> str:
-        """Manual of each driver: its machine, and its options."""
+        """Manual of each driver: the machine that it drives, and its options."""
         return "\n".join(_manual(declared) for _, declared in self._kinds.values())
 
     @property
     def manuals(self) -> Iterator[tuple[str, Mapping[str, Any]]]:
-        """Yields each driver's kind in the core, and its declaration."""
+        """Yields the kind and the declaration of each driver."""
         return iter(self._kinds.values())
 
     def _made(self, name: str, options: Mapping[str, Any]) -> Driver:
@@ -87,7 +87,7 @@ class Drivers:
 
 
 def _option(words: Mapping[str, dict[str, Any]], name: str, value: Any) -> tuple[str, Any]:
-    """Returns an option in the driver's form."""
+    """Returns an option in the driver's format."""
     word = words.get(name)
     if word is None and f"{name}_ns" in words:
         return f"{name}_ns", duration_ns(value, f"option '{name}'")
@@ -110,7 +110,7 @@ def _manual(declared: Mapping[str, Any]) -> str:
 
 @taking
 def load(path: str | os.PathLike[str]) -> Drivers:
-    """Loads the drivers at `path`: of a source in C or C++ (which it compiles), of a shared object, or of each of these in a folder.
+    """Loads the drivers at `path`: a C or C++ source (which it compiles), a shared object, or a folder of such files.
 
     They are declared according to `opengpac_driver.h`, and run in every process that opens a device with one of them: a processor of
     this program, or one in a separate process. A file is first tested in a separate process.
@@ -133,7 +133,7 @@ def load(path: str | os.PathLike[str]) -> Drivers:
 
 
 def _kept(file: Path) -> Path:
-    """Returns a shared object with this content, stored where every process of this user finds it even if the file changes."""
+    """Returns a copy of the shared object, stored by its content, so that every process of this user finds it even if the file changes."""
     if is_source(file):
         with tempfile.TemporaryDirectory() as folder, refusals:
             content = Path(_native.build([str(file.absolute())], str(Path(folder) / "built.so"))).read_bytes()
@@ -160,7 +160,7 @@ def _kept(file: Path) -> Path:
 
 
 def _declared(kept: Path, file: Path) -> list[dict[str, Any]]:
-    """Returns the declarations of the drivers of a shared object; runs its code in a separate process before it runs here."""
+    """Returns the declarations of the drivers in a shared object. Runs its code in a separate process first."""
     command = [*processes.command("run_driver_trial"), str(kept)]
     try:
         tried = subprocess.run(command, capture_output=True, timeout=_TRIAL_SECONDS, stdin=subprocess.DEVNULL, check=False)

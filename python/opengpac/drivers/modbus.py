@@ -26,19 +26,19 @@ def modbus(
 ) -> Driver:
     """A Modbus device: `modbus("tcp/192.0.2.5:502", channels={"pressure": {"input": 0, "scale": 0.01, "unit": "bar"}})`.
 
-    `address` is `tcp/HOST:PORT` (502 without a port) or `rtu//dev/ttyUSB0?baud=19200&parity=even&stop=1`. Units on one serial line
-    are separate devices, which share it in turns; `unit` is the number of one.
+    `address` is `tcp/HOST:PORT` (port 502 by default) or `rtu//dev/ttyUSB0?baud=19200&parity=even&stop=1`. Units on one serial line
+    are separate devices, which take turns on the line; `unit` is the number of the unit.
 
     A channel belongs to a table of the device: `{"holding": 10}`, `"input"`, `"coil"` or `"discrete"`; the first address is 0. A
-    register is a number of `"type"` (`"uint16"`; `int16`, `int32`, `uint32`, `int64`, `uint64`, `float`, `double`) in the `"order"`
-    of its bytes (`"ABCD"`; `"CDAB"`, `"BADC"`, `"DCBA"`), and becomes a double, `"scale"` times that plus `"offset"`, in `"unit"`;
-    with `"raw": True` it keeps its type; `"bit": 3` is one bit of it, `"byte": "low"` or `"high"` one byte. `"write": True` makes a
-    channel that is written when its value changes, `"write": "each"` one that is written in each period; `"safe"` is its value while
-    it is not commanded (0, False). `"every": "1 s"` polls a channel less often.
+    register is a number of `"type"` (`"uint16"`; `int16`, `int32`, `uint32`, `int64`, `uint64`, `float`, `double`) with the byte
+    `"order"` (`"ABCD"`; `"CDAB"`, `"BADC"`, `"DCBA"`), and becomes a double, `"scale"` times its value plus `"offset"`, in `"unit"`;
+    with `"raw": True` it keeps its type; `"bit": 3` selects one bit of it, `"byte": "low"` or `"high"` one byte. `"write": True`
+    makes a channel that is written when its value changes, `"write": "each"` one that is written in each period; `"safe"` is its
+    value while it is not commanded (0, False). `"every": "1 s"` polls a channel less often.
 
     The device is exchanged each `period` (10 ms) on a separate thread, and has the channel `age`, in seconds. An `answer` may take
-    0.5 s; a request is repeated up to `retries` times (2), and then the device is lost, as it is when its readings are older than
-    `age_max` (2 s). Neighbouring registers are read by one request, with at most `gap` (0) unused registers between them.
+    0.5 s; a request is repeated up to `retries` times (2), then the device is lost, as it is if its readings are older than `age_max`
+    (2 s). Neighbouring registers are read by one request, with at most `gap` (0) unused registers between them.
     """
     return Driver(
         "modbus",
@@ -56,7 +56,7 @@ def modbus(
 
 
 def channels_of(channels: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-    """Returns the channels in the driver's form: durations in nanoseconds. The driver itself checks the rest."""
+    """Returns the channels in the driver's format, with durations in nanoseconds. The driver itself checks the rest."""
     made = {}
     for name, channel in channels.items():
         if not isinstance(channel, Mapping):
@@ -79,16 +79,17 @@ def modbus_server(
     period: Quantity | None = None,
     age_max: Quantity | None = None,
 ) -> Driver:
-    """Signals of this machine for every client of Modbus over TCP, such as a line controller: `modbus_server("tcp/127.0.0.1:1502", …)`.
+    """Server that offers signals of this machine to Modbus TCP clients, such as a line controller: `modbus_server("tcp/127.0.0.1:1502",
+    …)`.
 
-    `channels` are declared as for `modbus`; `address` is that of the server. Channels that are read here contain values written by
+    `channels` are declared as for `modbus`; `address` is the server's address. Channels that are read here contain values written by
     clients, in `holding` registers and coils; clients read the channels that are written here (`"write": True`), in any table. Other
-    addresses are refused. A request is executed as a whole or not at all.
+    addresses are refused. A request is executed completely or not at all.
 
-    Modbus has no authentication: every program that reaches the port may write. Therefore it listens only on this host (127.0.0.1),
-    or with `to_network=True` at any address: on a network of machines, behind a firewall. Up to `clients` (8) may be connected; a
-    further connection replaces the one that has been silent for the longest time. With `silent="2 s"` the device is lost when
-    clients, after their first request, send none for that time. Registers and channels are exchanged each `period` (10 ms).
+    Modbus has no authentication: every program that can reach the port may write. Therefore the server listens only on this host
+    (127.0.0.1), or with `to_network=True` at any address; a network of machines needs a firewall. Up to `clients` (8) may be
+    connected; a further connection replaces the one that has been idle longest. With `silent="2 s"` the device is lost if clients,
+    after their first request, send none for that time. Registers and channels are exchanged once per `period` (10 ms).
     """
     return Driver(
         "modbus_server",

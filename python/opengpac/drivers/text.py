@@ -32,22 +32,22 @@ def text(
     """A device that communicates in lines of text: `text("tcp/192.0.2.8:4001", reads=["ST,GS,{weight} kg"], fields={"weight": {"unit":
     "kg"}})`.
 
-    `address` is `tcp/HOST:PORT` or `serial//dev/ttyUSB0?baud=9600&parity=none&stop=1`. In the texts received, `reads`, a name between
-    braces is a channel; `{}` matches anything, and a literal brace is doubled. The first pattern that matches applies; unmatched
-    texts are counted and ignored. The channel `count` is the number of texts received.
+    `address` is `tcp/HOST:PORT` or `serial//dev/ttyUSB0?baud=9600&parity=none&stop=1`. In the patterns of received texts, `reads`, a
+    name in braces is a channel; `{}` matches anything, and a literal brace is doubled. The first pattern that matches applies;
+    unmatched texts are counted and ignored. The channel `count` is the number of texts received.
 
     A field is a number, a double, unless `fields` declares otherwise: `{"unit": "kg", "scale": 0.001, "offset": 0.0, "base": 16}`;
-    `{"when": "ST"}` is true if the field is this word; `{"text": 32}` are up to 32 letters, a channel of type `uint8_t[32]` padded
-    with zeros.
+    `{"when": "ST"}` is true if the field is this word; `{"text": 32}` is a text of up to 32 characters, a channel of type
+    `uint8_t[32]` padded with zeros.
 
     `writes` are texts to send, each when a value in it has changed while a verb commands it. A number has `"decimals"`, and may have
-    a `"safe"` value: then the text is sent with that value when it is no longer commanded. `asks` is sent in each period, to a device
-    that only answers requests; an `answer` may take 0.5 s.
+    a `"safe"` value: the text is then sent with that value when the number is no longer commanded. `asks` is sent in each period, to
+    a device that only answers requests; an `answer` may take 0.5 s.
 
-    A text ends with `end` (a line feed, with or without a carriage return before it), begins after `start`, or has a fixed `length`.
-    A `checksum` may follow it: `{"sum": "xor", "mark": "*"}`; `"sum"` is `"xor"` or `"sum"`, `"written"` as two digits (`"hex"`) or
-    one `"byte"`. With `silent="2 s"` the device is lost when it has sent nothing for that time. It is served each `period` (10 ms) on
-    a separate thread.
+    A text ends with `end` (a line feed, optionally preceded by a carriage return), begins after `start`, or has a fixed `length`. A
+    `checksum` may follow it: `{"sum": "xor", "mark": "*"}`; `"sum"` is `"xor"` or `"sum"`, `"written"` as two digits (`"hex"`) or one
+    `"byte"`. With `silent="2 s"` the device is lost if it sends nothing for that time. It is served once per `period` (10 ms), on a
+    separate thread.
     """
     for name, field in (fields or {}).items():
         if not isinstance(field, Mapping):

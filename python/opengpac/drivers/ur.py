@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arms of Universal Robots."""
+"""Universal Robots arms."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def ur(
     dashboard_port: int | None = None,
     script_port: int | None = None,
 ) -> Driver:
-    """An arm of Universal Robots (e-series and later) over RTDE: `gpac.robots.load("ur5e", driver=gpac.drivers.ur("192.0.2.10"))`.
+    """A Universal Robots arm (e-Series and later) over RTDE: `gpac.robots.load("ur5e", driver=gpac.drivers.ur("192.0.2.10"))`.
 
-    Its joints take positions, which a program on its controller follows (`servoj` with `lookahead` s and `gain`), each within
+    Its joints take positions, which a program on its controller follows (`servoj` with `lookahead` s and `gain`); each must be within
     `speed_max` (rad/s) of the previous one. Without a command for `timeout` (40 ms) the controller brings the arm to rest by itself,
     with `deceleration` (rad/s²); without a package for `silence` (100 ms) the arm is `device_lost`. `wait` (10 s; 70 s with
     `power_on`) is the time limit until the arm follows, including the start of its controller. `power_on` powers the arm on and

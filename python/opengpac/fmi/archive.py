@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads entries of an FMU's zip archive within bounds. Any defect of the archive raises a `ModuleError` that names the file."""
+"""Reads entries of an FMU's zip archive with size limits. Any defect of the archive raises a `ModuleError` that names the file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ UNPACKED_BYTES_MAX = 512 << 20
 
 
 class Archive:
-    """An open FMU: `names` of its entries, and their contents."""
+    """An open FMU: the `names` of its entries, and their contents."""
 
     def __init__(self, path: Path, archive: zipfile.ZipFile) -> None:
         self._path = path
@@ -25,7 +25,7 @@ class Archive:
         self.names = archive.namelist()
 
     def read(self, entry: str, most: int = UNPACKED_BYTES_MAX) -> bytes:
-        """Returns the content of an entry of at most `most` bytes."""
+        """Returns the contents of an entry of at most `most` bytes."""
         self.check_size([entry], most)
         return self._archive.read(entry)
 
@@ -40,7 +40,7 @@ class Archive:
 
 @contextlib.contextmanager
 def opened(path: Path) -> Iterator[Archive]:
-    """Opens the archive at `path` for the `with`."""
+    """Opens the archive at `path`, for use in a `with` statement."""
     try:
         with zipfile.ZipFile(path) as archive:
             yield Archive(path, archive)

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`gpac.fmu`: makes a function block of a co-simulation FMU. Its C is compiled once for each content, and cached for later processes."""
+"""Implements `gpac.fmu`: creates a function block from a co-simulation FMU. Its C code is compiled once per content, and cached for
+later processes."""
 
 from __future__ import annotations
 
@@ -34,12 +35,12 @@ PROBLEMS = {
     11: "its binary lacks a function that FMI requires",
     12: "it rejects instantiation",
 }
-"""Faults of a block's first invocation, in words."""
+"""Texts of the faults that a block's first invocation can report."""
 
 
 class FmuBlock(Block):
-    """Block of an FMU. Made by `gpac.fmu`. `file` is the FMU, `description` its own description, `period_ns` the only step size that it
-    supports, or None."""
+    """Block of an FMU. Created by `gpac.fmu`. `file` is the FMU, `description` its own description, `period_ns` the only step size that
+    it supports, or None."""
 
     def __init__(self, interface: Mapping[str, Any], module: str, description: Description, period_ns: int | None) -> None:
         super().__init__(interface, module)
@@ -61,18 +62,18 @@ def fmu(
     name: str | None = None,
     doc: str = "",
 ) -> FmuBlock:
-    """Makes a function block of a co-simulation FMU of FMI 2 or 3: the first invocation of a start initialises it, each later one steps
-    it from the time of the previous invocation to its own, with the present inputs.
+    """Creates a function block from a co-simulation FMU (FMI 2 or 3). The first invocation of a start initialises the FMU; each later
+    one steps it from the time of the previous invocation to its own, with the current inputs.
 
-    Numbers, truth values and arrays become items of the block with their units; characters invalid in C become '_'. `inputs`,
-    `outputs` and `parameters` select variables, or `{"body.v": "speed"}` also renames them; by default all are taken. Parameters that
-    are not tunable take effect at the next start. `units` defines units that the FMU lacks or names differently. `every` is the only
-    interval at which it can run, if it supports a single step size without declaring it. `instances` are created when the block is
-    loaded: their number limits concurrent uses in each process. `path` is the FMU's file, `name` the block's name, by default the
-    FMU's, `doc` its description.
+    Numbers, Booleans and arrays become items of the block with their units; characters that are invalid in C become '_'. `inputs`,
+    `outputs` and `parameters` select variables, or `{"body.v": "speed"}` also renames them; by default all are included. Parameters
+    that are not tunable take effect at the next start. `units` defines units that the FMU lacks or names differently. `every` is the
+    only interval at which it can run, if it supports a single step size without declaring it. `instances` are created when the block
+    is loaded: their number limits concurrent uses in each process. `path` is the FMU's file, `name` the block's name, by default the
+    FMU's, and `doc` its description.
 
     Raises `ModuleError` with the reason for a file that cannot be used: FMI version, platform, no binary, a required tool, an
-    interpreter inside; `UnitMismatch` for an unknown unit; `DefinitionError` for names that do not fit.
+    embedded interpreter; `UnitMismatch` for an unknown unit; `DefinitionError` for unsuitable names.
     """
     fmu = described(Path(path).expanduser().absolute())
     given = name or "".join(c if c.isalnum() and c.isascii() else "_" for c in fmu.name)
@@ -98,7 +99,7 @@ def fmu(
 
 
 def _period(fmu: Description, name: str, every_ns: int | None) -> int | None:
-    """Returns the only interval at which an FMU can run, or None."""
+    """Returns the only interval at which an FMU can run, or None if any is possible."""
     own = None if fmu.step_s is None else round(fmu.step_s * 1e9)
     if fmu.any_step:
         return every_ns
@@ -109,7 +110,7 @@ def _period(fmu: Description, name: str, every_ns: int | None) -> int | None:
 
 
 def unpacked(fmu: Description) -> tuple[Path, str]:
-    """Returns the FMU's binary as a file, and its resources in the form of FMI. An archive is unpacked once for each content."""
+    """Returns the path of the FMU's binary, and the location of its resources in FMI's format. Unpacks an archive once per content."""
     digest = hashlib.sha256(fmu.file.read_bytes()).hexdigest()[:24]
     root = folder("fmus") / digest
     with opened(fmu.file) as archive:
@@ -134,7 +135,7 @@ def _interface(name: str, found: Path) -> Mapping[str, Any]:
 
 
 def _try(block: FmuBlock, fmu: Description, ports: code.Ports) -> None:
-    """Runs the first invocation, which loads and initialises the FMU, with the start values of its inputs."""
+    """Test-runs the first invocation, which loads the FMU and initialises it with the start values of its inputs."""
     values: dict[str, Any] = {port.item.name: [start_of(port, fmu)] for port in ports.inputs}
     fault = block.run(steps=1, **values).fault
     if fault is not None:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""C code of an FMU's block: it sets and gets values in groups of one type, with one call of the FMU for each."""
+"""C code of an FMU's block. It sets and gets values in groups of one type, with one FMU call per group."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ CORE = Path(__file__).with_name("fmu.h")
 
 @dataclass(frozen=True)
 class Port:
-    """A variable and its item of the block."""
+    """A variable and the block's item for it."""
 
     variable: Variable
     item: Item
@@ -40,7 +40,8 @@ class Ports:
 def source(
     name: str, doc: str, fmu: Description, ports: Ports, library: Path, embedded: bool, resources: str, step_ns: int, instances: int
 ) -> str:
-    """Returns the text of a C file with one block; `library`: the FMU's binary, `embedded` in the file or loaded from its location."""
+    """Returns the text of a C file with one block. `library` is the FMU's binary, either `embedded` in the file or loaded from its
+    location."""
     image = "\n".join(
         [
             ".pushsection .rodata", ".balign 16", ".globl fmu_image", ".hidden fmu_image", "fmu_image:", f'.incbin "{library}"',
@@ -108,7 +109,7 @@ def _groups(ports: Iterable[Port]) -> dict[str, list[Port]]:
 
 
 def _native(version: int, group: str, port: Port) -> str:
-    """Returns the C type of FMI's function."""
+    """Returns the C type that the FMI function uses for the port."""
     if version == 2:
         return {"Real": "double", "Integer": "int", "Boolean": "int"}[group]
     return port.variable.type

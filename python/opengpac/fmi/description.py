@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Description of an FMU: `modelDescription.xml` of FMI 2 and 3, to the extent needed for co-simulation."""
+"""Description of an FMU: the parts of `modelDescription.xml` of FMI 2 and 3 that co-simulation needs."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ TYPES_3 = {
 @dataclass(frozen=True)
 class Variable:
     """A variable: its value `reference`, `causality`, `variability`, the functions of its `group`, the `type` of its port, its array
-    `size` (0: a scalar), `start`, `unit` in the form of FMI, and its description."""
+    `size` (0: a scalar), `start`, `unit` in FMI's notation, and its description."""
 
     name: str
     reference: int
@@ -51,8 +51,8 @@ class Variable:
 
 @dataclass(frozen=True)
 class Description:
-    """A steppable FMU: FMI `version` 2 or 3, `identifier` of its binary, `token` (GUID), variables by name, base units by name, and its
-    declared capabilities."""
+    """A co-simulation FMU: FMI `version` 2 or 3, `identifier` of its binary, `token` (GUID), variables by name, base units by name, and
+    its declared capabilities."""
 
     file: Path
     version: int
@@ -69,11 +69,11 @@ class Description:
     units: Mapping[str, Element | None]
     binary: str
     beside: list[str] = field(default_factory=list)
-    """Other parts of the archive that its binary may need: resources and libraries next to it."""
+    """Other files of the archive that its binary may need: resources and libraries next to it."""
 
 
 def described(path: Path) -> Description:
-    """Returns the description of an FMU for this machine; raises the reason if it cannot be used here."""
+    """Returns the description of an FMU for this machine. Raises an error with the reason if it cannot be used here."""
     if not path.is_file():
         refuse(ModuleError, f"file '{path}' does not exist", "pass an FMU, x.fmu")
     with opened(path) as archive:
@@ -113,7 +113,7 @@ _T = TypeVar("_T", int, float)
 
 
 def _number(path: Path, element: Element, attribute: str, default: str, kind: Callable[[str], _T]) -> _T:
-    """Returns a finite number from an attribute; the error names the element."""
+    """Parses a finite number from an attribute. The error names the element."""
     text = element.get(attribute, default)
     try:
         number = kind(text)
@@ -167,7 +167,7 @@ def _variables(path: Path, root: Element, version: int) -> dict[str, Variable]:
 
 
 def _size(path: Path, element: Element) -> int:
-    """Returns the number of elements of an array of FMI 3, 0 for a scalar."""
+    """Returns the number of elements of an FMI 3 array, or 0 for a scalar."""
     lengths = [dimension.get("start") for dimension in element.iterfind("Dimension")]
     if not lengths:
         return 0

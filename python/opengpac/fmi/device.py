@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`gpac.drivers.fmu`: an FMU as a physical device, in a separate process. A driver in Python is generated for it, and cached."""
+"""Implements `gpac.drivers.fmu`: an FMU as a physical device, in a separate process. A driver in Python is generated for it, and cached."""
 
 from __future__ import annotations
 
@@ -33,11 +33,12 @@ def fmu(
     units: Mapping[str, str] | None = None,
     age_max: Quantity | None = None,
 ) -> Driver:
-    """An FMU as a physical device: a plant, or one with an interpreter inside. Inputs are written channels, outputs are read channels.
+    """An FMU as a physical device: a plant, or an FMU with an embedded interpreter. Inputs are written channels, outputs are read
+    channels.
 
-    It runs in a separate process and takes one `step` in each period of that length, with the present inputs; a source that exchanges
+    It runs in a separate process and takes one `step` in each period of that length, with the current inputs; a source that exchanges
     with it never waits for it. Under the virtual clock it takes one step at each firing of its source, whose period must be `step`.
-    `parameters` are values by FMI's names; `path`, `inputs`, `outputs` and `units` are those of `gpac.fmu`, `age_max` is that of
+    `parameters` are values by FMI's names; `path`, `inputs`, `outputs` and `units` are as in `gpac.fmu`, `age_max` is as in
     `gpac.drivers.python`.
     """
     fmu = described(Path(path).expanduser().absolute())
@@ -73,7 +74,7 @@ def _whole(port: Port) -> str:
 
 
 def _source(fmu: Description, ports: Ports, constants: list[str], library: str, resources: str, step_ns: int) -> str:
-    """Returns the text of a driver in Python."""
+    """Returns the text of the generated driver in Python."""
 
     def channel(port: Port, word: str) -> str:
         safe = f", safe={start_of(port, fmu)!r}" if word == "write" else ""

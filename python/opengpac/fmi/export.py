@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`opengpac export fmu GRAPH`: exports a graph as an FMU of FMI 2 for co-simulation. The FMU contains the real-time system and its
-virtual clock, so it computes the same values, and needs neither Python nor OpenGPAC on its host."""
+"""The command `opengpac export fmu GRAPH`: exports a graph as an FMI 2 FMU for co-simulation. The FMU contains the real-time system and
+its virtual clock, so it computes the same values, and its host needs neither Python nor OpenGPAC."""
 
 from __future__ import annotations
 
@@ -37,7 +37,8 @@ _FMI = {"double": "Real", "float": "Real", "bool": "Boolean", "int8_t": "Integer
 
 @dataclass(frozen=True)
 class Member:
-    """An input, output or parameter of the graph: `role` i, o or p, its element type, number of elements (0: a scalar), start values."""
+    """An input, output or parameter of the graph: its `role` (i, o or p), element type, number of elements (0: a scalar) and start
+    values."""
 
     name: str
     role: str
@@ -49,14 +50,14 @@ class Member:
 
     @property
     def key(self) -> str:
-        """Name in the verb that runs the graph."""
+        """Name of the member in the verb that runs the graph."""
         return self.name.replace(".", "_")
 
 
 def export_fmu(graph: Graph, path: str | os.PathLike[str], every: Quantity, *, library: str | os.PathLike[str] | None = None) -> Path:
-    """Writes `graph` as an FMU to `path`, run at the interval `every`; returns the path.
+    """Writes `graph` as an FMU to `path`; it runs at the interval `every`. Returns the path.
 
-    `library` is libopengpac_ps.so, which `make c-package` builds; by default that of this tree.
+    `library` is the path of libopengpac_ps.so, which `make c-package` builds; by default the one in this tree.
     """
     target = Path(path).absolute()
     period_ns = duration_ns(every, "the interval of the graph")
@@ -93,7 +94,7 @@ def export_fmu(graph: Graph, path: str | os.PathLike[str], every: Quantity, *, l
 
 
 def _modules(graph: Graph) -> dict[str, Path]:
-    """Returns the code modules of the graph's blocks outside the standard library: name → file."""
+    """Returns the code modules of the graph's blocks, excluding the standard library: name → file."""
     found: dict[str, Path] = {}
     for use in graph.blocks.values():
         if isinstance(use.block, Graph):
@@ -162,7 +163,7 @@ def _member(graph: Graph, name: str, role: str, item: Item) -> Member:
 
 
 def _verb(graph: Graph, name: str, members: list[Member], period_ns: int) -> Verb[..., Any]:
-    """Returns the verb that runs the graph: its inputs take the newest value."""
+    """Returns the verb that runs the graph; its inputs take the latest values."""
     return Verb(
         name,
         blocks={"graph": graph},
@@ -211,7 +212,7 @@ def _c(text: str) -> str:
 
 
 def _description(graph: Graph, name: str, token: str, members: list[Member], period_ns: int) -> str:
-    """Returns the text of modelDescription.xml."""
+    """Returns the contents of modelDescription.xml."""
     variables, outputs, number = [], [], 0
     for m in members:
         for k in range(max(1, m.size)):
@@ -252,7 +253,7 @@ def _description(graph: Graph, name: str, token: str, members: list[Member], per
 
 
 def export_of_file(asked: str, every: str, output: str | None, library: str | None) -> Path:
-    """Exports a graph of a definition file for `opengpac export fmu`: `FILE.toml:NAME`, or the only one in the file."""
+    """Exports a graph from a definition file, for `opengpac export fmu`: `FILE.toml:NAME`, or the only graph in the file."""
     file, _, name = asked.partition(":")
     defined = load(file)
     graphs = {label: made for label, made in defined.items() if isinstance(made, Graph)}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check for FMUs that contain an interpreter and cannot run on a real-time thread."""
+"""Check for FMUs that contain an interpreter, which cannot run on a real-time thread."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ _SCRIPTS = {".py": "Python", ".jar": "Java", ".class": "Java", ".jl": "Julia", "
 
 
 def interpreter_in(fmu: Description) -> str:
-    """Returns the interpreter in an FMU, or an empty text: judged by the libraries of its binary, its tool, and scripts in its
-    resources."""
+    """Returns the interpreter in an FMU, or an empty text. Detects it by the libraries that its binary needs, its generating tool, and
+    scripts in its resources."""
     with opened(fmu.file) as archive:
         found = _INTERPRETER.search(archive.read(fmu.binary))
     if found is not None:

@@ -19,7 +19,7 @@ from .code import Port, Ports
 from .description import Description, Variable
 
 ITEMS_MAX = 30
-"""Maximum number of items of a block, apart from its own two states."""
+"""Maximum number of items of a block, excluding its own two states."""
 
 
 def ports_of(
@@ -31,7 +31,7 @@ def ports_of(
     units: Mapping[str, str],
     device: bool = False,
 ) -> Ports:
-    """Returns the ports of an FMU's block; refuses names or units that do not fit."""
+    """Returns the ports of an FMU's block; refuses unsuitable names and units."""
     for name in units:
         if name not in fmu.variables:
             refuse(
@@ -78,7 +78,7 @@ def _chosen(fmu: Description, block: str, side: str, given: Sequence[str] | Mapp
 
 
 def _is_taken(name: str) -> bool:
-    """Returns whether a name is a keyword of C, or that of a state of the FMU's block."""
+    """Returns whether a name is a C keyword, or the name of a state of the FMU's block."""
     return _native.is_word_of_c(name) or name in ("lease", "begun")
 
 
@@ -112,7 +112,7 @@ def _unit(fmu: Description, block: str, variable: Variable, units: Mapping[str, 
 
 
 def _spelled(base: Element | None) -> str:
-    """Returns a unit from its exponents of SI units; an empty text if it has a factor or an offset."""
+    """Returns a unit written in terms of SI base units from its exponents; an empty text if it has a factor or an offset."""
     try:
         if base is None or float(base.get("factor", "1")) != 1.0 or float(base.get("offset", "0")) != 0.0:
             return ""
@@ -126,7 +126,7 @@ def _spelled(base: Element | None) -> str:
 
 
 def start_of(port: Port, fmu: Description) -> Any:
-    """Returns the start value of a variable, 0 by default: a number or truth value, or a list of them for an array."""
+    """Returns the start value of a variable, 0 by default: a number or Boolean, or a list of them for an array."""
     values = _starts(fmu, port.variable)
     return values if port.variable.size else values[0]
 
@@ -150,7 +150,7 @@ def _starts(fmu: Description, variable: Variable) -> list[Any]:
 
 
 def _value(kind: str, text: str) -> bool | int | float:
-    """Returns the value of a text in the type of a port. Raises `ValueError` if it does not fit."""
+    """Parses a text as the type of a port. Raises `ValueError` if the text is not of that type."""
     if kind == "bool":
         if text not in ("true", "false", "0", "1"):
             raise ValueError(text)
@@ -165,7 +165,7 @@ def _value(kind: str, text: str) -> bool | int | float:
 
 
 def _start(fmu: Description, variable: Variable) -> str:
-    """Returns the default of a parameter in C."""
+    """Returns the default of a parameter as C code."""
     values = _starts(fmu, variable)
     texts = [str(v).lower() if isinstance(v, bool) else repr(v) for v in values]
     return texts[0] if len(texts) == 1 else f"({', '.join(texts)})"

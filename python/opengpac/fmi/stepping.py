@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Steps an FMU in the process of a driver in Python, through ctypes, as required for an FMU with an interpreter inside."""
+"""Steps an FMU in the process of a driver in Python, through ctypes, as required for an FMU with an embedded interpreter."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class _Callbacks(Structure):
 
 
 class Whole(NamedTuple):
-    """Identity of a variable for the FMU: its reference, group of functions, elements (0: a scalar)."""
+    """Identity of a variable for the FMU: its reference, function group, and number of elements (0: a scalar)."""
 
     reference: int
     group: str
@@ -28,7 +28,8 @@ class Whole(NamedTuple):
 
 
 class FmuInstance:
-    """One instance of an FMU: set, stepped, got. Raises `RuntimeError` if the FMU refuses, with its last log message."""
+    """One instance of an FMU, whose values can be set and read, and which can be stepped. Raises `RuntimeError` with the FMU's last log
+    message if a call to the FMU fails."""
 
     def __init__(self, version: int, library: str, name: str, token: str, resources: str) -> None:
         self._version, self._said = version, ""
@@ -78,7 +79,7 @@ class FmuInstance:
         return found if whole.size else found[0]
 
     def step(self, at: float, step: float) -> None:
-        """Steps the FMU from `at` by `step`, s."""
+        """Steps the FMU by `step` from time `at`, s."""
         if self._version == 2:
             self._done("DoStep", c_double(at), c_double(step), c_int(1))
             return

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gymnasium environments over the virtual clock: episodes of a whole system, with its servos and their limits, at many times real time.
+"""Gymnasium environments on the virtual clock: episodes of a whole system, with its servos and their limits, many times faster than real
+time.
 
 `Environment` sets up a system once; `reset` begins an episode with everything installed in it. `side_by_side` runs several in one
-process. It requires the package gymnasium: `pip install 'opengpac[gym]'`.
+process. Requires the package gymnasium: `pip install 'opengpac[gym]'`.
 """
 
 from ..errors import DefinitionError, refuse

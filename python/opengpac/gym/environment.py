@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gymnasium environment whose world is a system under the virtual clock."""
+"""Gymnasium environment that is simulated by a system under the virtual clock."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
     """An environment over a system under the virtual clock: one step takes `every`, during which the whole system runs.
 
     `setup(cell)` sets up a system once, and returns a `Task`. `observations` and `actions` are the `gpac.Term`s of a policy, with the
-    names of the task's ports. Spaces follow from `within`, `clip`, `scale` and `offset`; an observation is the network's input, an
-    action its output, computed like `gpac.policy`. Several inputs, `{"obs": …, "goal": …}`, form a space `Dict`. `reward` and
-    `terminated` are functions of the ports' `Values` at the end of a step. `seconds` truncates an episode. `name` is that of the
-    system, to which a number is appended.
+    names of the task's ports. The spaces are derived from `within`, `clip`, `scale` and `offset`; an observation is the network's
+    input, an action its output, computed like `gpac.policy`. Several inputs, `{"obs": …, "goal": …}`, form a space `Dict`. `reward`
+    and `terminated` are functions of the ports' `Values` at the end of a step. `seconds` truncates an episode. `name` is the name of
+    the system, to which a number is appended.
 
-    `reset` ends the verbs of the task, disables its devices, resets simulated arms, and restarts: every verb instance with the
-    initial state of its blocks, every action 0. Nothing is reinstalled. Its `options` replace the initial values of the task. An
-    episode whose verb ends by itself is terminated; `info["ended"]` is its condition.
+    `reset` ends the verbs of the task, disables its devices, resets simulated arms, and restarts: every verb instance has the initial
+    state of its blocks, every action is 0. Nothing is reinstalled. Its `options` replace the initial values of the task. An episode
+    whose verb ends by itself is terminated; `info["ended"]` is the condition of that end.
 
-    Raises `DefinitionError`, `TypeMismatch` and `UnitMismatch`, naming both, if terms and ports do not fit.
+    Raises `DefinitionError`, `TypeMismatch` and `UnitMismatch`, naming both, if terms and ports do not match.
     """
 
     metadata = {"render_modes": []}
@@ -69,7 +69,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
             if not isinstance(task, Task):
                 refuse(DefinitionError, f"the setup of the environment must return a task, not {task!r}", "return gpac.gym.Task(ports=…)")
             self.task = task
-            """Return value of `setup`."""
+            """Task returned by `setup`."""
             self._devices = [*task.devices]
             self._arms = [one for one in self.system.physical_devices.values() if any(service.name == "place" for service in one.services)]
             self._ports = Ports(self.system, task.ports)
@@ -81,11 +81,12 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
         self.action_space = self._acted.space
         self.observation_space = self._observations.space
         self.values = Values()
-        """Values of the ports at the end of the last step."""
+        """Values of the ports at the end of the latest step."""
         self._steps = 0
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Any, dict[str, Any]]:
-        """Begins an episode and returns the first observation. `seed` determines the initial values of the task, `options` replace them."""
+        """Begins an episode and returns the first observation. `seed` determines the initial values of the task; `options` replaces
+        them."""
         super().reset(seed=seed)
         start = dict(self.task.begin(self.np_random) if self.task.begin else {}) | (options or {})
         self._check(start)
@@ -105,7 +106,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
         return self._observations.of(self._take(self._ports.turn([], 0)), nothing), {}
 
     def step(self, action: np.ndarray) -> tuple[Any, float, bool, bool, dict[str, Any]]:
-        """Makes one step of `every` with this `action`; returns observation, reward, terminated, truncated, info."""
+        """Performs one step of `every` with this `action`; returns observation, reward, terminated, truncated, info."""
         action = np.asarray(action, dtype=np.float32)
         if action.shape != self._acted.scale.shape:
             refuse(CallError, f"an action must have shape {self._acted.scale.shape}, not {action.shape}")
@@ -149,7 +150,7 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
         return numbers
 
     def _ended(self) -> str | None:
-        """Returns the condition by which a verb of the task has ended, or None."""
+        """Returns the condition with which a verb of the task has ended, or None."""
         for instance in self.task.instances:
             if instance.state == "ended":
                 return str(getattr(instance.report, "condition", "ended"))
@@ -161,8 +162,9 @@ class Environment(gymnasium.Env[Any, np.ndarray]):
 def side_by_side(
     count: int, make: Callable[[], Environment], *, autoreset: AutoresetMode = AutoresetMode.SAME_STEP
 ) -> SyncVectorEnv[Any, Any]:
-    """Makes `count` environments in this process, each with a system of its own, as one vector environment of Gymnasium.
+    """Creates `count` environments in this process, each with its own system, as one Gymnasium vector environment.
 
-    `make` makes one. `autoreset` defines when a finished environment begins its next episode: by default in the same step.
+    `make` creates one environment. `autoreset` defines when a finished environment begins its next episode: by default in the same
+    step.
     """
     return SyncVectorEnv([make] * count, autoreset_mode=autoreset)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Spaces from terms: the inputs and outputs of a network, computed bit by bit like the block of a policy."""
+"""Spaces derived from terms: the inputs and outputs of a network, computed bit for bit as in the block of a policy."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class NetworkInput(Side):
         self._rows = []
 
     def of(self, numbers: np.ndarray, action: np.ndarray) -> np.ndarray:
-        """Returns the network's input, from the ports' numbers and its previous action."""
+        """Returns the network's input, computed from the ports' numbers and its previous action."""
         now = [action if place is None else numbers[place] for place in self._where]
         first = not self._rows
         for at, (term, values) in enumerate(zip(self.terms, now, strict=True)):
@@ -121,13 +121,13 @@ class NetworkOutput(Side):
         self.space = spaces.Box(np.minimum(*ends).astype(np.float32), np.maximum(*ends).astype(np.float32), dtype=np.float32)
 
     def stores(self, action: np.ndarray) -> list[tuple[str, list[float]]]:
-        """Returns the values of each SVV for an action."""
+        """Returns the values to store in each SVV for an action."""
         numbers = np.minimum(np.maximum(action.astype(float) * self.scale + self.offset, self.low), self.high).tolist()
         return [(name, numbers[place]) for name, place in self._places]
 
 
 class Observations:
-    """All inputs of a network: one array if there is a single input, else arrays by name."""
+    """All inputs of a network: one array if there is a single input, otherwise arrays by name."""
 
     def __init__(self, given: Terms | Mapping[str, Terms], ports: Ports, actions: int) -> None:
         self._one = None if isinstance(given, Mapping) else NetworkInput(given, ports, actions)

@@ -17,7 +17,7 @@ Variables = SVV[Any] | Sequence[SVV[Any]]
 
 
 class Values(dict[str, Any]):
-    """Values of the ports of an environment's task at the end of a step, by name: numbers and arrays, in their units.
+    """Values of the ports of an environment's task at the end of a step, by name: numbers and arrays, each in the port's unit.
 
     `time` is the time since the start of the episode, in s; `steps` is the number of steps.
     """
@@ -27,7 +27,7 @@ class Values(dict[str, Any]):
 
 
 class Ports:
-    """Ports of a task in a fixed order: each is one SVV, or a list of SVVs of numbers."""
+    """Ports of a task in a fixed order. Each port is one SVV, or a list of scalar SVVs."""
 
     def __init__(self, system: System, ports: Mapping[str, Variables]) -> None:
         self.system = system
@@ -78,13 +78,13 @@ class Ports:
         return place.stop - place.start
 
     def where(self, name: str, why: str) -> slice:
-        """Returns the slice of a port's numbers in the result of `read`. `why` describes the user of the port in refusals."""
+        """Returns the slice of a port's numbers in the result of `read`. In refusals, `why` describes the use of the port."""
         if name not in self._places:
             refuse(DefinitionError, f"{why} '{name}' is not a port of the task", did_you_mean(name, self._places))
         return self._places[name][0]
 
     def turn(self, stores: list[tuple[str, list[float]]], duration_ns: int) -> np.ndarray:
-        """Stores numbers, lets time pass, and reads all ports at the end, one after the other."""
+        """Stores numbers, advances time, and then reads all ports, one after another."""
         with refusals:
             data = self.system._alive().turn(stores, duration_ns, self._names)
         if self._are_doubles:
@@ -121,5 +121,5 @@ class Ports:
 
 
 def _base(dtype: np.dtype[Any]) -> np.dtype[Any]:
-    """Returns the element type of an array of any dimensions."""
+    """Returns the element type of an array with any number of dimensions."""
     return dtype.base

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The component data base: every block of the standard library is an attribute, `library.pid`, and so is every component of other
-packages and your own folders. `list()`, `search("low-pass")` and `show("pid")` also cover graphs, verbs and device types.
+"""The component data base: every block of the standard library is an attribute, `library.pid`, as is every component of other packages
+and of the user's own folders. `list()`, `search("low-pass")` and `show("pid")` also cover graphs, verbs and device types.
 >>> from opengpac import library as lib
 >>> lib.lowpass.name
 'library.lowpass'
@@ -39,7 +39,7 @@ def list(category: str | None = None) -> Found:
 
 
 def search(*words: str) -> Found:
-    """Returns the components that have all these `words` in name, documentation, ports or parameters, the best match first."""
+    """Returns the components that contain all these `words` in their name, documentation, ports or parameters, best match first."""
     return ranked(CATALOGUE.components(), [part for word in words for part in word.split()])
 
 
@@ -50,14 +50,14 @@ def show(name: str) -> Manual:
 
 
 def get(name: str) -> Any:
-    """Returns the component of that `name`: a block, graph, verb or device type. Raises `UnknownName` if there is none or it is
+    """Returns the component called `name`: a block, graph, verb or device type. Raises `UnknownName` if it does not exist or is
     ambiguous."""
     return CATALOGUE.find(name).value
 
 
 @taking
 def block(name: str) -> Block:
-    """Returns the block of that `name`, `pid`, `library.pid`, or `their_package.their_block`."""
+    """Returns the block called `name`: `pid`, `library.pid`, or `their_package.their_block`."""
     return CATALOGUE.find(name, "block", "block").value
 
 
@@ -68,11 +68,11 @@ def blocks() -> Mapping[str, Block]:
 
 def add(path: str | os.PathLike[str] | ModuleType, name: str | None = None) -> Found:
     """Adds the code modules at `path`: a folder (C and C++ files with `opengpac.h`, compiled modules), one file, or the public graphs,
-    verbs and device types of a Python module. They are named `name.block`, or `block` alone; `name` defaults to that of the folder or
-    module.
+    verbs and device types of a Python module. Components are named `name.block`, or just `block`; `name` defaults to the name of the
+    folder or module.
 
-    Refuses a name that is in use, naming both components, and then adds nothing. A file that cannot be built is listed in
-    `problems()`, and does not affect the rest. To add a folder permanently, name it in `OPENGPAC_PATH`.
+    If a name is in use, refuses it with the names of both components, and adds nothing. A file that cannot be built is listed in
+    `problems()`, and does not affect the rest. To add a folder permanently, list it in `OPENGPAC_PATH`.
     """
     return CATALOGUE.add(path, name)
 
@@ -84,7 +84,7 @@ def problems() -> Sequence[Problem]:
 
 
 def refresh() -> None:
-    """Makes the next request reread files and packages: after an edit, in a notebook."""
+    """Makes the next request reread files and packages, for example in a notebook after an edit."""
     CATALOGUE.refresh()
 
 

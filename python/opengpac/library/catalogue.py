@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Catalogue of every component by name, built when a component outside the standard library is first requested."""
+"""Catalogue of every component by name, built when a component outside the standard library is requested for the first time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _logger = logging.getLogger("opengpac")
 
 
 class Catalogue:
-    """Existing components; `problems` lists those left out, with reasons."""
+    """Available components; `problems` lists those left out, with reasons."""
 
     def __init__(self) -> None:
         self._components: list[Component] | None = None
@@ -27,7 +27,7 @@ class Catalogue:
         self._added: list[tuple[Any, str]] = []
 
     def components(self) -> list[Component]:
-        """Returns all components, those of the standard library first."""
+        """Returns all components, starting with the standard library."""
         if self._components is None:
             self._components, self._problems = [], []
             added = (entry for given, origin in self._added for entry in of_thing(given, origin, origin))
@@ -41,7 +41,8 @@ class Catalogue:
         return self._problems
 
     def find(self, name: str, kind: str | None = None, what: str = "component") -> Component:
-        """Returns the component of that name; refuses an ambiguous one, naming both. Messages call a missing component `what`."""
+        """Returns the component with that name. Refuses an ambiguous name, and names both components. Error messages call a missing
+        component `what`."""
         short = name.removeprefix("library.")
         if short in standard_blocks():
             block, category = standard_blocks()[short]
@@ -90,7 +91,7 @@ class Catalogue:
         return Found(new)
 
     def refresh(self) -> None:
-        """Discards the components found outside the standard library: files and packages are reread on the next request."""
+        """Discards the components found outside the standard library; the next request rereads files and packages."""
         self._components = None
         importlib.invalidate_caches()
 
@@ -123,13 +124,13 @@ class Catalogue:
 
 
 def _clash(new: Component, other: Component) -> bool:
-    """Returns whether a shared name would be ambiguous; verbs and graphs of different origins are distinguished by their origins."""
+    """Returns whether a shared name would be ambiguous. Verbs and graphs of different origins can be distinguished by their origins."""
     same = new.short_name == other.short_name
     return new.name == other.name or (same and other.kind == "block" and (new.kind == "block" or other.origin == "library"))
 
 
 def _only_name(component: Component, others: list[Component]) -> str:
-    """Returns a name of the component that none of the others has."""
+    """Returns a name that only this component has."""
     return next((n for n in component.names if sum(n in c.names for c in others) == 1), component.name)
 
 

@@ -20,7 +20,7 @@ Kind = Literal["block", "graph", "verb", "device type"]
 
 @dataclass(frozen=True)
 class Component:
-    """One entry: `name` for requests, `kind`, `category`, `origin`, `doc`, and the object itself, `value`."""
+    """One entry of the database: `name` for requests, `kind`, `category`, `origin`, `doc`, and the object itself, `value`."""
 
     name: str
     kind: Kind
@@ -33,23 +33,23 @@ class Component:
 
     @property
     def title(self) -> str:
-        """First line of the documentation; for a block the equation."""
+        """First line of the documentation; for a block, its equation."""
         return self.doc.strip().splitlines()[0] if self.doc.strip() else ""
 
     @property
     def short_name(self) -> str:
-        """Last word of the name: `move` of `robots.move`."""
+        """Last word of the name: `move` for `robots.move`."""
         return self.name.rsplit(".", 1)[-1]
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All names by which the component can be requested, the shortest first."""
+        """All names by which the component can be requested, shortest first."""
         own = self.value.name if self.kind != "device type" else self.value.definition_name()
         return tuple(dict.fromkeys((self.short_name, self.name, own)))
 
     @property
     def where(self) -> str:
-        """Origin of the component, for messages: `library`, or its origin and file."""
+        """Description of the origin for messages: `library`, or the origin and the file."""
         return self.origin if self.origin == "library" or not self.source else f"{self.origin} ({self.source})"
 
     @property
@@ -68,7 +68,7 @@ class Component:
 
 
 class Problem(NamedTuple):
-    """A component missing from the data base: its description, and the reason."""
+    """A component that is missing from the database: its description, and the reason."""
 
     what: str
     reason: str
@@ -78,7 +78,7 @@ class Problem(NamedTuple):
 
 
 class Found(tuple[Component, ...], TableDisplay):
-    """Components in an order; printed as a table, also in a notebook."""
+    """Ordered components, printed as a table, also in a notebook."""
 
     __slots__ = ()
 

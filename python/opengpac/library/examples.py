@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Example lines of a manual that try a block: complete Python that ends with the trial."""
+"""Example code in a manual for trying out a block: complete Python that ends with the trial."""
 
 from __future__ import annotations
 
@@ -50,11 +50,12 @@ _WRITTEN = {
     "long_polyline_planner": [_ARM, _TOOL, _LONG_POLYLINE.removeprefix("planned = ")],
     "long_polyline_generator": [_ARM, _TOOL, _LONG_POLYLINE, "lib.long_polyline_generator.run(n=2, chain=arm.chain, path=planned.path[0])"],
 }
-"""Examples for blocks that take the geometry of an arm, or the result of another block's planning."""
+"""Handwritten examples for blocks that take the geometry of an arm, or the output of another block's planner."""
 
 
 def example(component: Component) -> list[str]:
-    """Returns the lines that try a block: those written by hand, else one value for each input that must be bound and two parameters."""
+    """Returns the lines that try out a block: a handwritten example, or else one value for each input that must be bound, and two
+    parameters."""
     written = _WRITTEN.get(component.short_name) if component.origin == "library" else None
     return written or [_made(component)]
 
@@ -76,7 +77,7 @@ def _made(component: Component) -> str:
 
 
 def _one(block: Block, item: Item) -> Any:
-    """Returns a value for an input: ones, in the shape of its type."""
+    """Returns an example value for an input: ones, in the shape of its type."""
     value = default_of(block, item)
     if isinstance(value, np.ndarray) and value.dtype.names is None:
         return np.ones_like(value).tolist()
@@ -86,7 +87,8 @@ def _one(block: Block, item: Item) -> Any:
 
 
 def default_of(block: Block, item: Item) -> Any:
-    """Returns the default of a parameter or input, or the preset of a condition; for a sized one with the minimum number of elements."""
+    """Returns the default of a parameter or input, or the preset of a condition. For a sized item, the default has the minimum number of
+    elements."""
     text = item.type
     if item.sized:
         size = next(i for i in block.items.values() if i.kind == "size")

@@ -15,11 +15,11 @@ from .examples import default_of, example
 
 _WIDTH = 110
 _DEFAULT_MAX = 32
-"""Maximum length of a displayed default, chiefly that of a struct."""
+"""Maximum length of a displayed default; longer ones are mostly structs."""
 
 
 class Manual(str):
-    """A text whose representation is the text itself."""
+    """A text whose `repr` is the text itself."""
 
     __slots__ = ()
 
@@ -54,7 +54,7 @@ def _block(component: Component) -> list[str]:
 
 
 def _parts(doc: str) -> tuple[str, str, list[str]]:
-    """Returns the equation, the rest and the faults of a block's description."""
+    """Splits a block's description into the equation, the other text and the faults."""
     first, *others = doc.splitlines() or [""]
     faults = next((line.removeprefix("Faults: ").rstrip(".") for line in others if line.startswith("Faults: ")), "")
     more = " ".join(line for line in others if not line.startswith("Faults: "))
@@ -112,7 +112,7 @@ def _verb(component: Component) -> list[str]:
 
 
 def _said(parameter: InputParameter) -> tuple[str, str, str]:
-    """Returns unit, tunability, and default of an input parameter."""
+    """Formats the unit, the tunability and the default of an input parameter."""
     default = str(parameter.default) if parameter.has_default else "-"
     return parameter.unit or "-", "tunable" if parameter.tunable else "-", default
 
@@ -135,7 +135,7 @@ def _wrapped(text: str, indent: str) -> list[str]:
 
 
 def _table(title: str, rows: Iterable[Sequence[str]]) -> list[str]:
-    """Returns rows in columns under a title; omits columns that are empty in every row. The last column is wrapped."""
+    """Formats rows in columns under a title. Omits columns that are empty in every row, and wraps the last column."""
     rows = list(rows)
     if not rows:
         return []

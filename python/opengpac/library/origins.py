@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Origins of components: the standard library, the packages of OpenGPAC itself, other packages by their entry point, and folders of the
-user. A component that cannot be added becomes a `Problem` and does not affect the rest."""
+"""Origins of components: the standard library, OpenGPAC's own packages, other packages through their entry points, and the user's
+folders. A component that cannot be added becomes a `Problem` and does not affect the others."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 GROUP = "opengpac.components"
-"""Entry point group for packages with components."""
+"""Entry point group for packages that provide components."""
 
 _PACKAGE = "opengpac"
 
@@ -36,7 +36,7 @@ Entry = Component | Problem
 
 @functools.cache
 def standard_blocks() -> Mapping[str, tuple[Block, str]]:
-    """Returns the blocks of the standard library by short name, each with its category: the folder of its file."""
+    """Returns the blocks of the standard library by short name, each with its category, which is the folder of its file."""
     found: dict[str, tuple[Block, str]] = {}
     for interface in json.loads(_native.library_json()):
         folder = Path(interface.get("file", "")).parent.name
@@ -87,7 +87,7 @@ def of_thing(given: Any, origin: str, what: str) -> Iterator[Entry]:
 
 
 def user_folders() -> list[Path]:
-    """Returns the folders of `OPENGPAC_PATH`, then `opengpac/components` of the user's configuration."""
+    """Returns the folders in `OPENGPAC_PATH`, followed by `opengpac/components` in the user's configuration directory."""
     named = [Path(folder).expanduser() for folder in os.environ.get("OPENGPAC_PATH", "").split(os.pathsep) if folder]
     configuration = Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config") / "opengpac" / "components"
     return [*named, *([configuration] if configuration.is_dir() else [])]
@@ -100,7 +100,7 @@ def of_users() -> Iterator[Entry]:
 
 
 def of_path(path: Path, origin: str) -> Iterator[Entry]:
-    """Yields the blocks of a code module, or of each one in a folder."""
+    """Yields the blocks of a code module, or of each code module in a folder."""
     if not path.exists():
         yield Problem(f"'{path}'", "no such file or folder exists")
     for file in sorted(path.iterdir()) if path.is_dir() else [path] if path.exists() else []:
@@ -113,7 +113,8 @@ def of_path(path: Path, origin: str) -> Iterator[Entry]:
 
 
 def _is_code(file: Path) -> bool:
-    """Returns whether a file of a folder is a code module: C or C++ with `opengpac.h`, or a shared object that is not Python's own."""
+    """Returns whether a file of a folder is a code module: C or C++ with `opengpac.h`, or a shared object that is not a Python
+    extension."""
     if is_source(file):
         return "opengpac.h" in file.read_text(errors="replace")
     return file.suffix == ".so" and ".abi3" not in file.name and ".cpython" not in file.name
@@ -130,7 +131,7 @@ _builds = itertools.count()
 
 
 def _built(file: Path) -> Path:
-    """Builds a source file once for all systems of this process; a reread file is built again, under another name."""
+    """Builds a source file once for all systems of this process; after a refresh, the file is built again under another name."""
     built = process_folder("components") / f"{file.stem}-{next(_builds)}.so"
     with refusals:
         _native.build([str(file)], str(built))

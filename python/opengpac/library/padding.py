@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Matrices for blocks whose rows have a fixed length."""
+"""Pads matrices for blocks whose rows have a fixed length."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Search for components by words, the best match first."""
+"""Searches for components by words, best match first."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from .components import Component, Found
 
 
 def ranked(components: Iterable[Component], words: Iterable[str]) -> Found:
-    """Returns the components that have all the words, ignoring case; "low-pass", "low pass" and "lowpass" are equal.
+    """Returns the components that contain all the words, ignoring case; "low-pass", "low pass" and "lowpass" are equivalent.
 
-    A word counts most in the name, then in the first line, in the names of ports and parameters, and last in the rest.
+    A match in the name counts most, then the first line, then names of ports and parameters, and any other match least.
     """
     wanted = [_squeezed(word) for word in words if _squeezed(word)]
     scored = [(_score(component, wanted), component) for component in components]
@@ -38,7 +38,8 @@ def _score(component: Component, wanted: list[str]) -> int:
 
 
 def _has(text: str, word: str) -> int:
-    """Returns 2 if the text contains the word, 1 if one of its words begins with it, else 0; joined words also count as one."""
+    """Returns 2 if the text contains the word, 1 if one of its words begins with it, otherwise 0. A hyphenated word also counts as one
+    word."""
     compounds = re.findall(r"[a-z0-9]+(?:[-_][a-z0-9]+)*", text.lower())
     tokens = [token for compound in compounds for token in (*re.split("[-_]", compound), _squeezed(compound))]
     return 2 if word in tokens else int(any(token.startswith(word) for token in tokens))

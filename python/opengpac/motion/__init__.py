@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 """Motions of a joint, a group of joints, and an arm: `gpac.motion.move_absolute(arm, goal)`, `stop(arm)`, `move_linear(arm, pose)`.
 
-The names are those of PLCopen Motion Control. Each is a verb: it can be started with `.asynch(...)`, halted, limited by `time_limit`,
-and composed with others. All start from the commanded position, speed and acceleration of the joints (lines and paths brake first);
-when halted or at their time limit they first slow down within the limits. `arm.override` and `cell.override` scale their speed.
+The names are those of PLCopen Motion Control. Each motion is a verb: it can be started with `.asynch(...)`, halted, limited by
+`time_limit`, and composed with others. All motions start from the commanded position, speed and acceleration of the joints (lines and
+paths brake first); when halted or at their time limit they first slow down within the limits. `arm.override` and `cell.override`
+scale their speed.
 """
 
 from ..errors import TimeLost

@@ -22,7 +22,7 @@ from .line import LineRefused
 from .resting import BOUNDS, ENDS, FOLLOWED, HOLDING, LISTS, RESTED, TRANSITIONS
 
 ORIENTATIONS = ("via", "goal", "path")
-"""Orientations of the tool along an arc, by their numbers in the planner."""
+"""Orientations of the tool along an arc, in the order of the planner's numbers for them."""
 
 _NO_ARC = {
     1: "'via' is the present pose of the tool; choose a pose between it and the goal",
@@ -32,14 +32,14 @@ _NO_ARC = {
     5: "tool, 'via' and goal are on a straight line, which has no angle; choose a 'via' beside the line, or omit 'angle'",
     6: "the angle ends before 'via', whose orientation is requested; choose a larger angle, or orientation='goal' or 'path'",
 }
-"""Error in three poses, and the remedy, by the value of `no_arc`."""
+"""Error in the three poses, and the remedy, by the value of `no_arc`."""
 
 
 class ArcRefused(LineRefused):
-    """An arc that the arm cannot follow: `condition` is `no_arc`, `unreachable`, `limit` or `singular`; nothing has moved.
+    """An arc that the arm cannot follow. `condition` is `no_arc`, `unreachable`, `limit` or `singular`; the arm has not moved.
 
-    `no_arc`: the poses do not define a circle, and the message contains the remedy; `joint` names the joint whose range ends on the
-    path.
+    `no_arc`: the poses do not define a circle, and the message contains the remedy; `joint` names the joint whose range the path
+    would leave.
     """
 
     def _why(self) -> str:
@@ -51,7 +51,7 @@ class ArcRefused(LineRefused):
 
 
 def _orientation(given: Any, objects: Mapping[str, Any]) -> int:
-    """Returns the planner's number of an orientation."""
+    """Returns the planner's number for an orientation."""
     if isinstance(given, str) and given in ORIENTATIONS:
         return ORIENTATIONS.index(given)
     if isinstance(given, int) and not isinstance(given, bool) and 0 <= given < len(ORIENTATIONS):
@@ -112,10 +112,10 @@ def move_circular(
     """Moves the tool of an arm from rest along an arc of the circle through its pose, an intermediate pose and a goal.
 
     via, goal: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration of the tool, including
-    the centripetal: m/s²; angle: of the whole arc, up to two circles (`"360 deg"`), 0: to the goal; tolerance of each joint at the
-    end: rad. `orientation="via"` passes through the orientations of start, via and goal, `"goal"` turns uniformly from the start's to
-    the goal's, `"path"` keeps it constant relative to the path, regardless of via and goal. It is slower if the joints require it.
-    Three collinear poses give a straight line if via is between the others. A moving arm is braked first. An arc that the arm cannot
-    follow raises `ArcRefused` before it moves.
+    the centripetal acceleration: m/s²; angle: of the whole arc, up to two full circles (`"360 deg"` is one), 0: to the goal;
+    tolerance of each joint at the end: rad. `orientation="via"` passes through the orientations of start, via and goal, `"goal"`
+    turns uniformly from the start's to the goal's, `"path"` keeps it constant relative to the path, regardless of the orientations of
+    via and goal. The tool moves more slowly if the joints require it. Three collinear poses give a straight line if via is between
+    the others. A moving arm is braked first. An arc that the arm cannot follow raises `ArcRefused` before the arm moves.
     """
     ...

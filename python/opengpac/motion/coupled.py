@@ -49,11 +49,12 @@ from .velocity import LimitReached, Stopped
     },
 )
 def gear(arm: Joint, master: SVV[float], /, ratio: float = 1.0, acceleration: float | str = "100 %") -> Stopped:
-    """Couples a joint to a position: it moves at `ratio` times the speed of `master`, until it is halted or reaches its time limit.
+    """Couples a joint to a position: the joint moves at `ratio` times the speed of `master`, until the verb is halted or reaches its
+    time limit.
 
     arm: the joint that follows; master: an SVV, for example `arm[0].commanded`; ratio: negative for the opposite direction, can be
-    set while it runs; acceleration: rad/s² (m/s²) at which it comes into gear, or a fraction of `max_acceleration`. It couples
-    speeds: the positions keep their relation from the time at which the joint has come into gear. A joint that reaches the end of its
-    range, or would exceed `max_speed`, is stopped: `LimitReached`.
+    set while it runs; acceleration: rad/s² (m/s²) while synchronising, or a fraction of `max_acceleration`. Only the speeds are
+    coupled: the positions keep their relation once the joint has come into gear. A joint that reaches the end of its range, or would
+    exceed `max_speed`, is stopped: `LimitReached`.
     """
     ...

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Homing: determines the position of a joint, from a switch, or from a given value."""
+"""Homing: determines the position of a joint from a switch, or from a value passed by the caller."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class HomingFailed(Terminated):
 
 
 class Homed(Report):
-    """Result of homing a joint: the shift of its positions, rad (m)."""
+    """Result of homing a joint: the offset by which its positions were shifted, rad (m)."""
 
     shift: np.ndarray
 
@@ -51,8 +51,8 @@ _POSITION = input("set.position", within=("arm.position_min", "arm.position_max"
     manual=True,
 )
 def home_here(arm: Group[Joint] | Joint, /, position: Values = 0.0) -> Homed:
-    """Sets the present positions of the joints to `position`: rad (m), one for all or one for each joint of `arm`. Nothing moves, and
-    they are `homed`."""
+    """Declares the current positions of the joints to be `position`: rad (m), one for all or one for each joint of `arm`. Nothing moves,
+    and the joints are then `homed`."""
     ...
 
 
@@ -128,10 +128,11 @@ _MOVES = ("seek", "back", "creep", "brake")
     manual=True,
 )
 def home(arm: Joint, switch: SVV[bool], /, speed: float | str = "10 %", creep: float | str = "1 %", position: float | str = 0.0) -> Homed:
-    """Homes a joint on a switch: moves until it is on, back until it is off, slowly on again; that position becomes `position`.
+    """Homes a joint on a switch: moves until the switch is on, back until it is off, and slowly on again; the position at that edge
+    becomes `position`.
 
     switch: an SVV of type bool that is true on the switch, or at an index mark; speed: rad/s (m/s) of the search, negative to search
-    in the other direction; creep: of the slow approach, of the same sign; position: rad (m). When it returns the joint is `homed`, at
-    rest beyond the edge. A joint that starts on its switch first moves off it.
+    in the other direction; creep: speed of the slow approach, with the same sign; position: rad (m). When the call returns, the joint
+    is `homed`, at rest beyond the edge. A joint that starts on its switch first moves off it.
     """
     ...

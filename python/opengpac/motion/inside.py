@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drives joints outside their range back into it."""
+"""Moves joints that are outside their range back into it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,8 @@ from .moves import Moved, move_absolute
 
 
 def return_to_range(arm: Group[Joint] | Joint, /, speed: Values = "10 %") -> Moved | None:
-    """Drives joints with commanded positions outside their range to its nearer end, the others stay; returns None if all are within.
+    """Moves each joint whose commanded position is outside its range to the nearer end; other joints stay. Returns None if all joints
+    are within their ranges.
 
     speed: rad/s (m/s) or a fraction of `max_speed`. `enable()` logs the joints that are outside.
     """

@@ -23,16 +23,16 @@ from .tables import POINTS_MAX, Form, each_long_point, each_point, long_poses, p
 
 
 class LineRefused(Terminated, Unreachable):
-    """A straight line that the arm cannot follow: `condition` is `unreachable`, `limit` or `singular`; nothing has moved.
+    """A straight line that the arm cannot follow. `condition` is `unreachable`, `limit` or `singular`; the arm has not moved.
 
-    `joint` names the joint whose range ends on the path, `point` the target pose (from 0) of several.
+    `joint` names the joint whose range the path would leave; `point` is the index of the target pose if there are several.
     """
 
     joint: str | None = None
     point: int | None = None
 
     def explanation(self) -> str:
-        """Returns the reason, naming the joint, and the pose by its number."""
+        """Returns the reason, the name of the joint, and the index of the pose."""
         if self.outputs.get("refused", -1) < 0:
             return self._why()
         self.point = int(self.outputs["refused"])
@@ -102,8 +102,8 @@ def move_linear(
     """Moves the tool of an arm from rest along a straight line to a pose, turning it uniformly about one axis.
 
     pose: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration: m/s²; tolerance of each
-    joint at the end: rad. It is slower if the joints require it. A moving arm is braked first. A line that the arm cannot follow
-    raises `LineRefused` before it moves.
+    joint at the end: rad. The tool moves more slowly if the joints require it. A moving arm is braked first. A line that the arm
+    cannot follow raises `LineRefused` before the arm moves.
     """
     ...
 
@@ -146,7 +146,7 @@ _FOLLOW: dict[str, Any] = {
         **RESTED,
     },
 }
-"""Common part of both verbs of several lines."""
+"""Common part of the two verbs that follow several straight lines."""
 
 
 @verb(
@@ -165,13 +165,13 @@ def follow_linear(
     acceleration: float = 1.0,
     tolerance: float = 0.002,
 ) -> Moved:
-    """Moves the tool of an arm through poses on straight lines, cutting corners by no more than `blend`; from rest to rest.
+    """Moves the tool of an arm through poses on straight lines, from rest to rest, cutting corners by no more than `blend`.
 
     poses: 1 to 4,096; blend: maximum distance of the tool from a pose, m, one number or one for each, 0 to stop there; speed: m/s,
-    one number or one for the path to each pose; angular_speed: rad/s; acceleration: m/s²; tolerance of each joint at the end: rad. It
-    is slower if the joints require it. A path that the arm cannot follow raises `LineRefused` before it moves; its `point` is the
-    location. More than 64 poses require `follow_linear_long`: a call uses it automatically; `new_instance` and a composition do not
-    know the number beforehand.
+    one number or one for the path to each pose; angular_speed: rad/s; acceleration: m/s²; tolerance of each joint at the end: rad.
+    The tool moves more slowly if the joints require it. A path that the arm cannot follow raises `LineRefused` before the arm moves;
+    its `point` is the index of the pose. More than 64 poses require `follow_linear_long`: a call uses it automatically;
+    `new_instance` and a composition do not know the number in advance.
     """
     ...
 
@@ -194,7 +194,7 @@ def follow_linear_long(
 ) -> Moved:
     """Moves the tool of an arm through up to 4,096 poses, like `follow_linear`, with tables of that size: 1.1 MB while it exists.
 
-    It is for `new_instance` and compositions; a call of `follow_linear` with more than 64 poses uses it. The path is planned over
+    Intended for `new_instance` and compositions; a call of `follow_linear` with more than 64 poses uses it. The path is planned over
     several cycles, and followed by inverse kinematics: an arm at rest begins to move up to 0.6 s later.
     """
     ...

@@ -20,11 +20,11 @@ from ..robots.joints import Joint
 
 
 class MoveTimeout(Terminated):
-    """A motion did not end within its time limit. The joints have come to rest on the way."""
+    """A motion did not end within its time limit. The joints have come to rest short of the goal."""
 
 
 class Moved(Report):
-    """End of a motion: positions of the joints, largest distance from a goal, and planned duration (s)."""
+    """End of a motion: positions of the joints, maximum distance from a goal, and planned duration (s)."""
 
     position: np.ndarray
     error: float
@@ -35,7 +35,7 @@ _RANGE = ("arm.position_min", "arm.position_max")
 
 
 def _to(goal: Any, relative: bool) -> dict[str, Any]:
-    """Returns the mappings of a motion to a goal."""
+    """Returns the verb mappings of a motion to a goal."""
     return {
         "blocks": {
             "generator": lib.block("motion_generator")(relative=relative),
@@ -89,10 +89,10 @@ def move_absolute(
     acceleration: Values = "100 %",
     tolerance: float = 0.002,
 ) -> Moved:
-    """Moves joints to positions on a straight line from rest, all arriving together.
+    """Moves joints from rest to positions on a straight line in joint space, so that all arrive together.
 
     goal: rad (m), one for each joint, within its range; speed: rad/s (m/s) or a fraction of `max_speed`; acceleration: rad/s² or a
-    fraction of `max_acceleration`; tolerance: rad, within which all joints must be for `arrived`.
+    fraction of `max_acceleration`; tolerance: rad, within which all joints must be to report `arrived`.
     """
     ...
 
@@ -106,5 +106,5 @@ def move_relative(
     acceleration: Values = "100 %",
     tolerance: float = 0.002,
 ) -> Moved:
-    """Moves joints by `goal` relative to their commanded positions at the start. The other parameters are those of `move_absolute`."""
+    """Moves joints by `goal` relative to their commanded positions at the start. The other parameters are as in `move_absolute`."""
     ...

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The motions of joints and of arms, and the setting of outputs, that a page offers by itself."""
+"""Verbs that the studio offers without any action by the program: motions of joints and arms, and the setting of outputs."""
 
 from __future__ import annotations
 
@@ -23,13 +23,14 @@ from .tool_jog import jog_linear
 from .velocity import jog, stop
 
 HEARTBEAT = "studio.heartbeat"
-"""SVV that the page writes while a button is held: jogging ends when it stops changing."""
+"""SVV that the studio writes while a button is held; jogging ends when it stops changing."""
 
 
 def enter_for(moved: Any, starts: bool) -> None:
-    """Enters the verbs of a joint, an arm or an output in its system. What a program has defined or made under a name stays.
+    """Registers the verbs of a joint, an arm or an output in its system. Verbs that a program has defined under the same name are kept.
 
-    `starts`: the page may start them; else none is entered. Of an arm the system is told the geometry and the file of its points, too.
+    If `starts` is false, the studio must not start verbs, and none is registered. For an arm, the system also receives its geometry
+    and its points file.
     """
     if isinstance(moved, Arm):
         if starts:
@@ -55,7 +56,8 @@ def _enter(system: Any, *verbs: Any) -> None:
 
 
 def _name_points(arm: Arm, teaches: bool) -> None:
-    """Says in which file a page has the points of an arm: that of the program's `Points`, else one of the user, where it may teach."""
+    """Sets the points file of an arm for the studio: the file of the program's `Points`, or else a file of the user if the studio may
+    teach."""
     named = arm.system._point_files.get(arm.name)
     path, any_model = named if named is not None else (_file_of_user(arm) if teaches else None, False)
     if path is None or arm.system.session is not None:
@@ -67,7 +69,7 @@ def _name_points(arm: Arm, teaches: bool) -> None:
 
 
 def _file_of_user(arm: Arm) -> Path | None:
-    """Returns the points file of an arm for which no program has named one; None if the user has no data folder, or a program is only
+    """Returns the points file of an arm if the program has not set one; None if the user has no data folder, or if a program is only
     being checked."""
     if checking.active():
         return None
@@ -82,7 +84,7 @@ def _file_of_user(arm: Arm) -> Path | None:
 
 
 def _described(arm: Arm) -> dict[str, Any]:
-    """Returns an arm in the form of the call `describe_arm`, with its geometry or the reason why it is unknown."""
+    """Returns an arm in the format of the request `describe_arm`, with its geometry, or the reason why it is unknown."""
     said: dict[str, Any] = {"name": arm.name, "joints": [joint.name for joint in arm]}
     if len(arm) > JOINTS_MAX:
         return {**said, "missing": f"it has {len(arm)} joints, but a motion can have at most {JOINTS_MAX}"}

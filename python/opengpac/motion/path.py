@@ -22,13 +22,13 @@ from .tables import POINTS_MAX, Form, each_long_point, each_point, long_way_poin
 
 
 class PathRefused(Terminated, Unreachable):
-    """A way-point outside the range of a joint; nothing has moved. `joint` and `point` (from 0) identify it."""
+    """A way-point is outside the range of a joint; the arm has not moved. `joint` and `point` (from 0) identify them."""
 
     joint: str | None = None
     point: int | None = None
 
     def explanation(self) -> str:
-        """Returns the description of the way-point and the joint."""
+        """Returns the index of the way-point and the name of the joint."""
         if "arm" not in self.objects:
             return f"a waypoint is outside the range of joint {self.value} (counted from 0)"
         arm = self.objects["arm"]
@@ -96,10 +96,10 @@ def follow(
 ) -> Moved:
     """Moves the joints of an arm through way-points on straight lines in joint space, cutting corners by no more than `blend`.
 
-    points: 1 to 4,096 rows of joint positions, rad (m for a sliding joint); blend: maximum distance of a joint from a way-point, rad,
-    one number or one for each point, 0 to stop there; speed of the fastest joint: rad/s, one number or one for the path to each
-    point; tolerance at the last: rad. A point outside a joint's range raises `PathRefused` before it moves. More than 64 points
-    require `follow_long`: a call uses it automatically; `new_instance` and a composition do not know the number beforehand.
+    points: 1 to 4,096 rows of joint positions, rad (m for a prismatic joint); blend: maximum distance of a joint from a way-point,
+    rad, one number or one for each point, 0 to stop there; speed of the fastest joint: rad/s, one number or one for the path to each
+    point; tolerance at the last: rad. A point outside a joint's range raises `PathRefused` before the arm moves. More than 64 points
+    require `follow_long`: a call uses it automatically; `new_instance` and a composition do not know the number in advance.
     """
     ...
 
@@ -120,8 +120,8 @@ def follow_long(
 ) -> Moved:
     """Moves the joints of an arm through up to 4,096 way-points, like `follow`, with tables of that size: 1.3 MB while it exists.
 
-    It is for `new_instance` and compositions; a call of `follow` with more than 64 points uses it. The path is planned over several
-    cycles: an arm at rest begins to move up to 0.2 s later.
+    Intended for `new_instance` and compositions; a call of `follow` with more than 64 points uses it. The path is planned over
+    several cycles: an arm at rest begins to move up to 0.2 s later.
     """
     ...
 

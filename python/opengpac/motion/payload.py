@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Weight of an arm's payload, held by its joints in addition to its own."""
+"""Weight of an arm's payload, held by the joints in addition to the weight of the arm."""
 
 from __future__ import annotations
 
@@ -32,6 +32,6 @@ from ..robots.joints import Joint
 def carry(arm: Group[Joint], /, mass: float, centre: Sequence[float] = (0.0, 0.0, 0.0)) -> Report:
     """Holds the weight of a payload until it is halted; `arm.payload = gpac.robots.Payload(mass, centre)` starts and changes it.
 
-    mass: kg, from 0; centre: of mass in the flange's frame, m. It includes only the weight, along -z of the model's world.
+    mass: kg, from 0; centre: centre of mass in the flange's frame, m. Only the weight is compensated, along -z of the model's world.
     """
     ...

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Start and end of lines and paths: they start from rest, so a moving arm is braked first, and come to rest on the path within their
-limits.
+"""Start and end of lines and paths. They start from rest, so a moving arm is braked first. When ended early, they come to rest on the
+path within their limits.
 
-The planner is executed at the start and stays active: if joints move, it waits until the generator has braked them and then plans.
-`hold` sets the generator's input `holding` when the list that follows `halted` or `time_limit` executes it; then it reports `held`.
+The planner is executed at the start and stays active: if joints move, it waits until the generator has braked them, and then plans.
+`hold` sets the generator's input `holding` when the list that follows `halted` or `time_limit` executes it; the generator then
+reports `held`.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ FOLLOWED: dict[str, str | list[str]] = {
     "arm.override": "generator.override",
     "arm.cell_override": "generator.cell_override",
 }
-"""χ of a motion that is planned completely before it is followed: its start, its goal, and its time scale."""
+"""χ of a motion that is planned completely before it is followed: the start, the goal, and the time scale."""
 
 BOUNDS: dict[str, Any] = {
     "arm.max_acceleration": ["planner.acceleration_max", "generator.acceleration_max"],
@@ -37,10 +38,10 @@ BOUNDS: dict[str, Any] = {
     "arm.position_min": "planner.position_min",
     "arm.position_max": "planner.position_max",
 }
-"""ψ of its planner and generator."""
+"""ψ of the motion's planner and generator."""
 
 HOLDING: dict[str, list[str]] = {"holding": ["hold.y", "generator.holding"]}
-"""Cell of the motion."""
+"""Cell that makes the generator come to rest on the path."""
 
 RESTING: list[Command] = [execute("hold"), activate("generator", every=PERIOD)]
 """Command list in which a motion comes to rest on its path."""
@@ -62,7 +63,7 @@ RESTED: dict[str, Any] = {
     "timed_out": on("generator.held", returns=["position"], raises=MotionTimeout, during="give_up"),
     "time_lost": on("generator.gap", returns=["position"], raises=TimeLost, during="start"),
 }
-"""Conditions of those two ends, and of the end after lost time."""
+"""Conditions of the two premature ends, and of the end after time was lost."""
 
 TRANSITIONS = {("start", "halted"): "stop", ("start", "time_limit"): "give_up", **slowing("stop", "give_up")}
-"""Transitions to those two ends."""
+"""Transitions to the two premature ends."""

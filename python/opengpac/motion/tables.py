@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables of way-points, of the fixed size that the planners take, from lists."""
+"""Converts lists of way-points to tables of the fixed size that the planners expect."""
 
 from __future__ import annotations
 
@@ -59,9 +59,9 @@ def each_long_point(given: Any, objects: Mapping[str, Any]) -> list[float]:
 
 
 def _way_points(given: Any, objects: Mapping[str, Any], most: int, longer: str = "") -> np.ndarray:
-    """Returns way-points as a table of `most` rows: short lists are padded with their last point, rows with zeros.
+    """Returns way-points as a table of `most` rows. Short lists are padded with their last point, rows with zeros.
 
-    `longer` names the verb that takes longer lists.
+    `longer` names the verb that accepts longer lists.
     """
     try:
         points = np.array([list(point) for point in given], dtype=float)
@@ -84,7 +84,7 @@ def _way_points(given: Any, objects: Mapping[str, Any], most: int, longer: str =
 
 
 def _each_point(given: Any, most: int) -> list[float]:
-    """Returns one value for all way-points, or one for each, as a list of `most`, padded with the last value."""
+    """Returns a list of `most` values, given one value for all way-points or one for each, padded with the last value."""
     given = number(given)
     if isinstance(given, int | float):
         return [float(given)] * most
@@ -98,7 +98,7 @@ def _each_point(given: Any, most: int) -> list[float]:
 
 
 def _poses(given: Any, most: int, longer: str = "") -> list[list[float]]:
-    """Returns poses as a list of `most`, padded with the last pose. `longer` is that of `_way_points`."""
+    """Returns poses as a list of length `most`, padded with the last pose. `longer` is as in `_way_points`."""
     if isinstance(given, Pose | str) or not hasattr(given, "__iter__"):
         refuse(CallError, f"the poses must be a list, not {_shown(given)}", "pass a list of poses, or use move_linear for a single one")
     found = [list(Pose.of(pose)) for pose in given]
@@ -109,13 +109,13 @@ def _poses(given: Any, most: int, longer: str = "") -> list[list[float]]:
 
 
 def _shown(given: Any) -> str:
-    """Returns a value in one line."""
+    """Formats a value on one line."""
     text = repr(given)
     return text if len(text) <= 200 else f"{text[:200]}…"
 
 
 def _count(count: int, what: str, most: int, longer: str) -> None:
-    """Refuses lists that exceed the table."""
+    """Refuses lists that are longer than the table."""
     if count <= most:
         return
     if longer and count <= LONG_POINTS_MAX:
@@ -128,10 +128,10 @@ def _count(count: int, what: str, most: int, longer: str) -> None:
 
 
 def speeds(points: Sequence[Sequence[float]] | np.ndarray, times: Sequence[float] | np.ndarray) -> list[float]:
-    """Returns the speeds of the fastest joint through way-points at the times of a planner, for `follow(…, speed=…)`.
+    """Returns the speeds of the fastest joint through way-points at the times given by a planner, for `follow(…, speed=…)`.
 
     points: rows of joint positions, rad; times: one for each, s, ascending. The result has a speed for the path to each point, rad/s.
-    `follow` keeps to them if the limits of the joints allow it; it does not wait at repeated points.
+    `follow` reaches these speeds if the limits of the joints allow it; it does not wait at repeated points.
     """
     q, t = np.asarray(points, dtype=float), np.asarray(times, dtype=float)
     if q.ndim != 2 or t.shape != q.shape[:1] or len(t) < 2:

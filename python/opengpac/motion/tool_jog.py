@@ -29,15 +29,16 @@ _REST = [execute("hold"), activate("generator", every=PERIOD)]
 
 
 class JogBlocked(Terminated):
-    """The tool has come to rest, since it cannot continue in that direction; `value` is the joint at its range (from 0), or -1.
+    """The tool has come to rest because it cannot continue in that direction. `value` is the index of the joint at the end of its range,
+    or -1.
 
-    `joint` is its name, or None if the arm is near a singularity or at the end of its reach. It can be jogged back.
+    `joint` is the name of that joint, or None if the arm is near a singularity or at the end of its reach. It can be jogged back.
     """
 
     joint: str | None = None
 
     def explanation(self) -> str:
-        """Returns the reason, naming the joint and its range."""
+        """Returns the reason, including the joint and its range."""
         number = int(self.value) if self.value is not None else -1
         if number < 0:
             return "the arm is near a singularity or at the end of its reach; jog in another direction, or move a joint"
@@ -109,13 +110,13 @@ def jog_linear(
     acceleration: float = 0.5,
     client: int = 0,
 ) -> Stopped:
-    """Moves the tool straight along and about the axes of the arm's base while a button is held, which is as long as `heartbeat`
+    """Moves the tool straight along and about the axes of the arm's base while a button is held, that is, as long as `heartbeat`
     changes.
 
-    heartbeat, client: those of `jog`; velocity: m/s along x, y and z, at most 0.25; angular_velocity: rad/s about them, at most 1; both
+    heartbeat, client: as in `jog`; velocity: m/s along x, y and z, at most 0.25; angular_velocity: rad/s about them, at most 1; both
     can be set while it runs; in_tool: the axes are those of the tool at the start; distance: m, or rad if the tool only turns, after
-    which it ends with `arrived`, 0 for unlimited; acceleration: m/s², and five times as many rad/s². No joint exceeds its `jog_speed`.
-    At the end of a range, and near a singularity, the tool slows down, comes to rest on its line, and `JogBlocked` is raised; it can
-    be moved back.
+    which the verb ends with `arrived`, 0 for unlimited; acceleration: m/s², and five times as many rad/s². No joint exceeds its
+    `jog_speed`. At the end of a range, and near a singularity, the tool slows down and comes to rest on its line, and `JogBlocked` is
+    raised; it can be moved back.
     """
     ...

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Motions at a velocity, and to a stop."""
+"""Motions at a velocity, and deceleration to a stop."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ from ..system.svvs import SVV
 
 
 class LimitReached(Terminated):
-    """A joint that moved at a velocity, or in gear, has come to rest: it reached the end of its range, or its master was too fast."""
+    """A joint that moved at a velocity, or in gear, has come to rest because it reached the end of its range, or because its master was
+    too fast."""
 
 
 class Stopped(Report):
@@ -32,7 +33,7 @@ class Stopped(Report):
 
 
 def _at(most: str, *, inputs: Mapping[str, str] | None = None, **more: str) -> dict[str, Any]:
-    """Returns the mappings of a motion at a velocity, up to `most` of each joint; `inputs` and `more` are further inputs and
+    """Returns the mappings of a motion at a velocity, up to the limit `most` of each joint; `inputs` and `more` are further inputs and
     instantiation parameters."""
     return {
         "objects": {"arm": each(Joint)},
@@ -69,7 +70,8 @@ def _at(most: str, *, inputs: Mapping[str, str] | None = None, **more: str) -> d
     suspend=suspended("generator", "brake"),
 )
 def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: Values = "100 %") -> Stopped:
-    """Moves joints at a velocity until it is halted or reaches its time limit, then stops them; `vi.set(velocity=…)` changes it.
+    """Moves joints at a velocity until the verb is halted or reaches its time limit, then stops them; `vi.set(velocity=…)` changes the
+    velocity.
 
     velocity: rad/s (m/s), one for each joint, within plus and minus `max_speed`, or a fraction of it; acceleration: rad/s² or a
     fraction of `max_acceleration`. A joint at the end of its range stops there: `LimitReached`.
@@ -99,12 +101,12 @@ def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: 
     suspend=suspended("generator", "brake"),
 )
 def jog(arm: Group[Joint] | Joint, heartbeat: SVV[int], /, velocity: Values, acceleration: Values = "50 %", client: int = 0) -> Stopped:
-    """Moves joints at a reduced velocity while a button is held, which is as long as `heartbeat` changes.
+    """Moves joints at a reduced velocity while a button is held, that is, as long as `heartbeat` changes.
 
-    heartbeat: an SVV of type int that must be set to a new number at intervals of less than 0.25 s, otherwise the joints stop and the
+    heartbeat: an SVV of type int that must be set to a new number at intervals of less than 0.25 s; otherwise the joints stop and the
     verb ends. velocity: rad/s (m/s), within plus and minus `jog_speed`, can be set while it runs. client: if several clients write to
-    `heartbeat`, the number of the one that holds the button, 1 to 2^31 - 1; only its numbers count, client * 2^20 and the 2^20 - 1 after
-    it. A joint stops at the end of its range, and can be moved back.
+    `heartbeat`, the number of the client that holds the button, 1 to 2^31 - 1; only its numbers count, client * 2^20 and the 2^20 - 1
+    after it. A joint stops at the end of its range, and can be moved back.
     """
     ...
 
@@ -123,5 +125,5 @@ def jog(arm: Group[Joint] | Joint, heartbeat: SVV[int], /, velocity: Values, acc
     suspend=suspended("brake"),
 )
 def stop(arm: Group[Joint] | Joint, /, deceleration: Values = "100 %") -> Stopped:
-    """Brings joints to rest. deceleration: rad/s² (m/s²), or a fraction of `max_acceleration`."""
+    """Brings joints to rest at `deceleration`: rad/s² (m/s²), or a fraction of `max_acceleration`."""
     ...

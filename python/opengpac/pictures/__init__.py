@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of definitions as SVG: `graph.svg()` in `flow.py`, `verb.svg()` in `states.py`; a notebook shows them automatically."""
+"""Pictures of definitions as SVG. `flow.py` draws `graph.svg()`, `states.py` draws `verb.svg()`; a notebook shows them automatically."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class PictureOwner:
     """Object that has a picture."""
 
     def svg(self) -> str:
-        """Returns the picture as SVG text, light or dark by the reader's preference; equal definitions give equal texts."""
+        """Returns the picture as SVG text, light or dark according to the reader's preference; equal definitions give identical texts."""
         raise NotImplementedError
 
     def save_svg(self, path: str | os.PathLike[str]) -> Path:

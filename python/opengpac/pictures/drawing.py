@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Elements of pictures: texts of known width, boxes, and a sheet with a light and a dark look."""
+"""Elements of pictures: texts of known width, boxes, and a sheet with a light and a dark theme."""
 
 from __future__ import annotations
 
@@ -32,23 +32,23 @@ _SHAPES = {
 
 
 def _rules(rules: Mapping[str, str]) -> str:
-    """Returns the rules as CSS that applies only to these pictures: a page may contain other elements of the same classes."""
+    """Returns the rules as CSS that applies only to these pictures, because a page may contain other elements of the same classes."""
     return "".join(f".opengpac-picture {what}{{{look}}}" for what, look in rules.items())
 
 
 def wide(text: str, soft: bool = False) -> float:
-    """Returns the width of a text, px: all letters are equally wide, those of Asian scripts twice as wide."""
+    """Returns the width of a text, px. The font is monospaced; East Asian characters are twice as wide."""
     letters = sum(2 if ord(letter) > 0x2E7F else 1 for letter in text)
     return letters * (6.65 if soft else 7.25)
 
 
 def clip(text: str, most: int) -> str:
-    """Returns the text, truncated to `most` letters."""
+    """Returns the text, truncated to at most `most` characters."""
     return text if len(text) <= most else text[: most - 1] + "…"
 
 
 def text(x: float, y: float, words: str, look: str = "", anchor: str = "start") -> str:
-    """Returns a line of text; `y` is its middle."""
+    """Returns a line of text; `y` is the vertical centre."""
     look = f' class="{look}"' if look else ""
     anchor = f' text-anchor="{anchor}"' if anchor != "start" else ""
     return f'<text x="{x:.1f}" y="{y + 4:.1f}"{look}{anchor}>{escape(words)}</text>'
@@ -65,12 +65,12 @@ def tooltip(words: str) -> str:
 
 
 def wire(path: str, look: str, words: str, attributes: str = "") -> str:
-    """Returns an edge, with an arrow at its end."""
+    """Returns an edge with an arrowhead at its end."""
     return f'<g{attributes}>{tooltip(words)}<path d="{path}" class="wire {look}" marker-end="url(#{_TIP})"/></g>'
 
 
 def attribute(name: str, value: str) -> str:
-    """Returns an attribute of an element, escaped."""
+    """Returns an escaped attribute of an element."""
     return f' data-{name}="{escape(value, quote=True)}"'
 
 

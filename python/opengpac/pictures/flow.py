@@ -25,17 +25,17 @@ class _Port(NamedTuple):
     mode: str
     """Mode of the port; empty for synchronous."""
     value: str
-    """Text shown after the port's name if it has a constant, or takes its default."""
+    """Text shown after the port's name if it has a constant, or uses its default."""
 
     def about(self) -> str:
-        """Returns type, unit and mode, in short."""
+        """Formats the type, unit and mode as a short text."""
         unit = f" {self.item.unit}" if self.item.unit else ""
         mode = f" {self.mode}" if self.mode else ""
         return f"{self.item.type}{unit}{mode}"
 
 
 class _Drawn(NamedTuple):
-    """A block of the graph, ready to be placed."""
+    """A block of the graph with its size, ready for the layout."""
 
     label: str
     use: BlockUse
@@ -56,12 +56,12 @@ class _Drawn(NamedTuple):
         return f"graph {self.use.block.name}" if not isinstance(self.use.block, Block) else self.use.block.name
 
     def at(self, port: str, ports: list[_Port]) -> float:
-        """Returns the distance of a port from the top."""
+        """Returns the vertical offset of a port from the top of the block."""
         return _HEAD + 4 + LINE * (next(n for n, p in enumerate(ports) if p.name == port) + 0.5)
 
 
 def item_of(block: Any, name: str) -> Item | None:
-    """Returns the item of a block, or of the block in a graph, to which a name of the graph leads."""
+    """Returns the item to which a name of the graph leads: an item of a block, or of a block in a nested graph."""
     if isinstance(block, Block):
         return block.items.get(name)
     inner = block.items.get(name, [name])
@@ -101,7 +101,7 @@ def _short(value: Any) -> str:
 
 
 class _Wire(NamedTuple):
-    """One connection: from a port to a port, or from or to a port of the graph itself."""
+    """One connection between ports of blocks, or between a block's port and a port of the graph itself."""
 
     cell: str
     tail: str
@@ -137,7 +137,8 @@ def _wires(graph: Graph, drawn: dict[str, _Drawn]) -> list[_Wire]:
 
 
 def graph_svg(graph: Graph) -> str:
-    """Returns the picture of a graph. Dashed wires are asynchronous, dotted ones have a ratio; feedback wires go around."""
+    """Returns the picture of a graph. Asynchronous wires are dashed, those with a ratio are dotted; feedback wires are routed around the
+    blocks."""
     bound = {port for mapping in (graph.inputs, graph.cells, graph.outputs) for ports in mapping.values() for port in ports}
     drawn = {label: _drawn(graph, label, bound) for label in graph.blocks}
     wires = _wires(graph, drawn)

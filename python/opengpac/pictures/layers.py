@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Layered layout, first half: the layer of each box, and the order within each layer. It is deterministic: ties are broken by
+"""Layered layout, first half: the layer of each box, and the order within each layer. Deterministic: ties are broken by the order of
 declaration."""
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ _SWEEPS = 12
 
 @dataclass
 class Box:
-    """An object with a size, to be placed. `rank`: first or last of all layers, if it must be there."""
+    """A box of known size for the layout. `rank` forces it into the first or the last layer."""
 
     name: str
     width: float
@@ -26,16 +26,16 @@ class Box:
 
 @dataclass
 class Edge:
-    """An edge between boxes; `tail_at` and `head_at` are the distances of its ends below their tops."""
+    """An edge between boxes; `tail_at` and `head_at` are the distances of its ends below the tops of the boxes."""
 
     tail: str
     head: str
     tail_at: float
     head_at: float
     back: bool = False
-    """True for an edge against the layers: it closes a cycle."""
+    """True for an edge against the direction of the layers, which closes a cycle."""
     lanes: list[str] = field(default_factory=list)
-    """Lanes between other boxes through which it passes, in its own direction; the names of boxes without a width."""
+    """Lanes between other boxes through which the edge passes, in its own direction, as names of zero-width boxes."""
 
 
 @dataclass
@@ -47,7 +47,7 @@ class Layers:
     order: list[list[str]]
 
     def pieces(self) -> list[tuple[str, float, str, float]]:
-        """Returns each edge in pieces between stations, in its own direction: (station, at, station, at)."""
+        """Returns each edge as segments between stations, in its own direction: (station, at, station, at)."""
         found: list[tuple[str, float, str, float]] = []
         for edge in self.edges:
             stations = [(edge.tail, edge.tail_at), *((lane, 0.0) for lane in edge.lanes), (edge.head, edge.head_at)]
@@ -56,7 +56,7 @@ class Layers:
 
 
 def layered(boxes: Iterable[Box], edges: Iterable[Edge]) -> Layers:
-    """Assigns boxes to layers in an order such that edges lead forward and few of them cross."""
+    """Assigns boxes to layers and orders them so that edges lead forward and few of them cross."""
     known = {box.name: box for box in boxes}
     given = list(edges)
     _turn(known, given)
@@ -70,7 +70,7 @@ def layered(boxes: Iterable[Box], edges: Iterable[Edge]) -> Layers:
 
 
 def _turn(boxes: Mapping[str, Box], edges: list[Edge]) -> None:
-    """Marks the edges that close a cycle, found depth first from boxes without incoming edges."""
+    """Marks the edges that close a cycle, found by depth-first search from boxes without incoming edges."""
     out: dict[str, list[Edge]] = {name: [] for name in boxes}
     for edge in edges:
         out[edge.tail].append(edge)
@@ -97,7 +97,7 @@ def _turn(boxes: Mapping[str, Box], edges: list[Edge]) -> None:
 
 
 def _rank(boxes: Mapping[str, Box], edges: list[Edge]) -> None:
-    """Ranks the boxes by their longest path; a box without inputs is placed directly before the first box that it feeds."""
+    """Ranks the boxes by longest path; a box without inputs is placed directly before the first box that it feeds."""
     forward = [edge for edge in edges if not edge.back]
     least = 1 if any(box.rank == "first" for box in boxes.values()) else 0
     for box in boxes.values():
@@ -120,7 +120,7 @@ def _rank(boxes: Mapping[str, Box], edges: list[Edge]) -> None:
 
 
 def _lay_lanes(layers: Layers) -> None:
-    """Creates the lanes: a forward edge has one in each layer between its ends, a backward edge also in those of its ends."""
+    """Creates the lanes. A forward edge has one in each layer between its ends; a backward edge also has one in the layers of its ends."""
     for number, edge in enumerate(layers.edges):
         tail, head = layers.boxes[edge.tail].layer, layers.boxes[edge.head].layer
         passed = range(tail, head - 1, -1) if edge.back else range(tail + 1, head)
@@ -131,7 +131,7 @@ def _lay_lanes(layers: Layers) -> None:
 
 
 def _untangle(layers: Layers) -> None:
-    """Sweeps through the layers, ordering each by the means of its neighbours; keeps the best order."""
+    """Sweeps through the layers, ordering each by the mean positions of its neighbours; keeps the best order."""
     near: dict[str, list[tuple[str, float]]] = {name: [] for name in layers.boxes}
     for a, at_a, b, at_b in layers.pieces():
         near[a].append((b, at_b))

@@ -21,7 +21,7 @@ class Gaps:
 
 
 def place(layers: Layers, gaps: Gaps) -> tuple[float, float]:
-    """Sets every box's x and y, from (0, 0) on; returns the size of the whole."""
+    """Sets the x and y of every box, starting at (0, 0); returns the size of the picture."""
     x = 0.0
     for layer in layers.order:
         wide = max((layers.boxes[name].width for name in layer), default=0.0)
@@ -39,7 +39,7 @@ def place(layers: Layers, gaps: Gaps) -> tuple[float, float]:
 
 
 def _stack(layers: Layers, gaps: Gaps) -> None:
-    """Moves each layer repeatedly, as close as its order allows to the positions that make its edges straight."""
+    """Iteratively moves the boxes of each layer as close as their order allows to the positions that make the edges straight."""
     for layer in layers.order:
         offsets = _offsets(layers, layer, gaps)
         for name, offset in zip(layer, offsets, strict=True):
@@ -67,7 +67,7 @@ def _wanted(layers: Layers, name: str, near: Sequence[tuple[str, float, float]])
 
 
 def _offsets(layers: Layers, layer: Sequence[str], gaps: Gaps) -> list[float]:
-    """Returns the minimum distance of each box from the first one of its layer."""
+    """Returns the minimum distance of each box from the first box of its layer."""
     offsets, at, last = [], 0.0, None
     for name in layer:
         box = layers.boxes[name]
@@ -79,8 +79,8 @@ def _offsets(layers: Layers, layer: Sequence[str], gaps: Gaps) -> list[float]:
 
 
 def _nearest(wanted: Sequence[float], offsets: Sequence[float]) -> list[float]:
-    """Returns the least-squares closest positions to `wanted` that keep the distances: neighbours that would overlap become one block at
-    the mean of its members."""
+    """Returns the positions closest to `wanted`, in the least-squares sense, that keep the distances: neighbours that would overlap
+    become one block at the mean of its members."""
     blocks: list[tuple[float, int]] = []
     for want, offset in zip(wanted, offsets, strict=True):
         mean, count = want - offset, 1
@@ -107,8 +107,7 @@ def way(layers: Layers, edge: Edge) -> str:
 
 
 def _curve(x: float, y: float, to_x: float, to_y: float, way: int, first: bool) -> str:
-    """Returns the curve between two stations: it leaves a box to the right, and a lane in the direction of its edge; both are entered
-    likewise."""
+    """Returns the curve between two stations. It leaves and enters a box from left to right, and a lane in the direction of its edge."""
     bend = max(abs(to_x - x) / 2, 22.0)
     leave = bend if first else way * bend
     return f" C{x + leave:.1f} {y:.1f} {to_x - way * bend:.1f} {to_y:.1f} {to_x:.1f} {to_y:.1f}"

@@ -19,7 +19,7 @@ _LONGEST = 46
 
 
 class _Change(NamedTuple):
-    """Change from a list to a list or an end, by these conditions."""
+    """Transition from a list to a list or an end, by these conditions."""
 
     tail: str
     head: str
@@ -27,7 +27,7 @@ class _Change(NamedTuple):
 
 
 def verb_svg(verb: Verb[..., Any]) -> str:
-    """Returns the picture of a verb: the dot marks the initial list; ends that raise are red."""
+    """Returns the picture of a verb. A dot marks the initial list; ends that raise an exception are red."""
     changes, ends = _changes(verb)
     lists = {name: [clip(command_text(c), _LONGEST) for c in commands] for name, commands in verb.command_lists.items()}
     boxes = [Box(_START, 12, 12, "first")]
@@ -119,7 +119,7 @@ def _label_drawn(box: Box, change: _Change, verb: Verb[..., Any]) -> str:
 
 
 def command_text(command: dict[str, Any]) -> str:
-    """Returns a command as written, in short: `activate generator every 20 ms`."""
+    """Formats a command as short text: `activate generator every 20 ms`."""
     kind = command["command"]
     if kind == "install":
         return f"install {', '.join(command['blocks'])}"

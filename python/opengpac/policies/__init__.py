@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Learned policies: a network from an ONNX file, with the meaning of its numbers, as a function block. `gpac.policy`, `gpac.Term`."""
+"""Learned policies as function blocks: a network from an ONNX file, with the meaning of its inputs and outputs (`gpac.policy`,
+`gpac.Term`)."""
 
 from .block import Policy, policy
 from .terms import Term

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`gpac.policy`: makes the block of a network. The real-time system's backend for ONNX files translates the network; here its
-declaration is written into a copy of the file, so that downloads, daemons, recordings and replay keep the two together."""
+"""Implements `gpac.policy`: creates the block of a network. The real-time system's backend for ONNX files translates the network; this
+module writes the declaration into a copy of the file, so that downloads, daemons, recordings and replay keep the two together."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _KEY = "opengpac.policy"
 
 
 class Policy(Block):
-    """Block of a network. Made by `gpac.policy`; `file` is the ONNX file with its declaration, `period_ns` its rate, or None, and
+    """Block of a network. Created by `gpac.policy`. `file` is the ONNX file with its declaration, `period_ns` its interval, or None, and
     `names` the element names of each port that has them."""
 
     def __init__(self, interface: Mapping[str, Any], file: Path, declaration: Mapping[str, Any]) -> None:
@@ -36,7 +36,7 @@ class Policy(Block):
 
     @property
     def _own_interval(self) -> str:
-        """Returns the text that precedes `period_ns` in messages."""
+        """Returns the wording that precedes `period_ns` in messages."""
         return f"policy '{self.name.rpartition('.')[2]}' was trained for"
 
 
@@ -55,13 +55,13 @@ def policy(
     """A network as a function block: the ONNX file at `path` is compiled to C that is built into the system, without a runtime library.
 
     `inputs` and `outputs` declare the contents of the network's inputs and outputs: name → `gpac.Term`s in their order, or the unit
-    of a port of that name; by default each is a port of dimensionless numbers. `every` is the interval of its training: others are
-    refused. `age_max` gives the block an input `observed`, the time of its observations, and the condition `stale`. `states` feeds
-    outputs back, `{"h_in": "h_out"}`. `shapes` are those of inputs with shapes left open by the file. `name` is the block's, by
-    default that of the file, `doc` its description.
+    of a port of that name; by default each is a port of dimensionless numbers. `every` is the interval at which the network was
+    trained; other intervals are refused. `age_max` adds an input `observed`, the time of its observations, and a condition `stale`.
+    `states` feeds outputs back, `{"h_in": "h_out"}`. `shapes` are the shapes of inputs that the file leaves open. `name` is the
+    block's name, by default the file's; `doc` is its description.
 
     Raises `ModuleError` with the node's name for an unsupported operator, shape or opset, and with both ends if the declaration and
-    the file differ. `cell.download("policy.onnx")` takes a file without a declaration, or `Policy.file`.
+    the file differ. `cell.download("policy.onnx")` accepts a file without a declaration, or `Policy.file`.
     """
     source = Path(path).expanduser().absolute()
     if not source.is_file():
@@ -88,7 +88,7 @@ def policy(
 
 
 def whole_content(source: Path) -> bytes:
-    """Returns the bytes of an ONNX file, with the weights of neighbouring files embedded."""
+    """Returns the contents of an ONNX file, with the weights of external data files embedded."""
     try:
         content = source.read_bytes()
     except OSError as error:
@@ -104,7 +104,7 @@ def _name_of(source: Path) -> str:
 
 
 def _positive(duration: Quantity | None, what: str) -> int | None:
-    """Returns a positive duration in ns, or None for None."""
+    """Converts a duration, which must be positive, to ns; None is returned unchanged."""
     ns = optional_ns(duration, what)
     if ns is not None and ns <= 0:
         refuse(OutOfRange, f"{what} must be more than 0 s, not {duration!r}", "write '20 ms', for example")
@@ -118,13 +118,13 @@ def _described(file: Path) -> list[dict[str, Any]]:
 
 
 def _entry(key: str, value: str) -> bytes:
-    """Returns an entry of ONNX's `metadata_props` (field 14) as bytes: a protobuf message is extended by appending to it."""
+    """Encodes an entry of ONNX's `metadata_props` (field 14). Appending it to the file extends the protobuf message."""
     pair = b"".join(bytes([tag]) + _length(text.encode()) for tag, text in ((0x0A, key), (0x12, value)))
     return b"\x72" + _length(pair)
 
 
 def _length(content: bytes) -> bytes:
-    """Returns the content preceded by its length, seven bits a byte."""
+    """Returns the contents preceded by their length as a varint, seven bits per byte."""
     size, head = len(content), bytearray()
     while size > 0x7F:
         head.append(size & 0x7F | 0x80)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Meaning of a section of a network's input or output: `gpac.Term("q", names=joints, unit="rad", offset=default_pose)`."""
+"""Meaning of a slice of a network's input or output: `gpac.Term("q", names=joints, unit="rad", offset=default_pose)`."""
 
 from __future__ import annotations
 
@@ -34,20 +34,21 @@ class _Term:
 class Term(_Term):
     """Consecutive elements of a network's input or output that form one port of its block, and their meaning.
 
-    An input is x = scale · clip(port - offset), an output port = clip(scale · y + offset): the order of Isaac Lab and mjlab. `names`
-    are those of its elements, joints in their order; `size` is their number if no list implies it. `scale`, `offset` (a default pose)
-    and the ends of `clip` are one number or one for each element, in the port's `unit`; if omitted they are taken from the file if it
-    contains them. `within` is the range of the training values: a value outside is `out_of_distribution`, and the network receives
-    the end of the range. `history` values are passed one after the other, oldest first. `observation` is the trainer's name, by
-    default the port's. `previous` replaces a `port`: that output of the network in the previous invocation. `doc` describes the port.
-    A `synchronous` port makes the block due when its writer has a new value; otherwise it reads the newest one.
+    An input is x = scale · clip(port - offset), an output is port = clip(scale · y + offset), in the order used by Isaac Lab and
+    mjlab. `names` are the names of its elements, in order, such as joints; `size` is their number if no list implies it. `scale`,
+    `offset` (a default pose) and the ends of `clip` are one number or one for each element, in the port's `unit`; omitted ones are
+    taken from the file if it contains them. `within` is the range of the training values: a value outside is `out_of_distribution`,
+    and the network receives the end of the range. The `history` most recent values are passed one after another, oldest first.
+    `observation` is the trainer's name, by default the port's. `previous` replaces a `port`: that output of the network in the
+    previous invocation. `doc` describes the port. A `synchronous` port makes the block due when its writer has a new value; otherwise
+    it reads the latest one.
     """
 
     port: str = ""
     previous: str = ""
 
     def json(self) -> dict[str, Any]:
-        """Returns the backend's form."""
+        """Returns the term in the backend's format."""
         size = self.elements()
         pair = lambda what, ends: None if ends is None else _range(what, ends, size, self.port)  # noqa: E731
         return {
@@ -58,7 +59,7 @@ class Term(_Term):
         }  # fmt: skip
 
     def elements(self) -> int:
-        """Returns the declared number of elements; 0 if it is left to the port or to the file."""
+        """Returns the declared number of elements, or 0 if the port or the file determines it."""
         if bool(self.port) == bool(self.previous):
             refuse(
                 DefinitionError,
@@ -112,7 +113,7 @@ def _list(given: Numbers | None, size: int, port: str, finite: bool = True) -> l
 
 
 def terms_json(given: Mapping[str, Terms] | None, side: str) -> dict[str, list[dict[str, Any]]]:
-    """Returns `inputs=` or `outputs=` as names of the network → terms. Text is the unit of a port of that name."""
+    """Returns `inputs=` or `outputs=` as a mapping from names of the network to terms. Text is the unit of a port of that name."""
     made: dict[str, list[dict[str, Any]]] = {}
     for name, terms in (given or {}).items():
         terms = Term(name, unit=terms) if isinstance(terms, str) else terms

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Blocks in Python: `@block` on a function with a block's items as arguments. Numba compiles it."""
+"""Blocks in Python: `@block` on a function whose arguments are the block's items. Numba compiles the function."""
 
 from .block import PythonBlock, block
 from .words import Condition, Input, Invocation, Output, Parameter, State

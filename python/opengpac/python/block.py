@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`@gpac.block`: makes a function block of a Python function. It is compiled once for each content, and cached for later processes."""
+"""Implements `@gpac.block`: creates a function block from a Python function. The function is compiled once per content, and cached for
+later processes."""
 
 from __future__ import annotations
 
@@ -23,13 +24,13 @@ from .rewriting import rewritten
 P = ParamSpec("P")
 
 KIND = "python-blocks"
-"""Kind of the cached code."""
+"""Category under which the generated code is cached."""
 
 
 class PythonBlock(Block, Generic[P]):
-    """A block written in Python. Made by `@gpac.block`.
+    """A block written in Python. Created by `@gpac.block`.
 
-    `function` is the function as written, for comparison; `native` is True if it was compiled, False if it runs as Python in a
+    `function` is the original function, for comparison; `native` is True if it was compiled, False if it runs as Python in a separate
     process.
     """
 
@@ -46,17 +47,17 @@ def block(*, native: Literal[True] = True) -> Callable[[Callable[P, object]], Py
 @overload
 def block(*, native: Literal[False], deadline: Quantity | None = None) -> Callable[[Callable[P, object]], PythonBlock[P]]: ...
 def block(function: Callable[P, object] | None = None, *, native: bool = True, deadline: Quantity | None = None) -> Any:
-    """Makes a function block from a `function` whose arguments are annotated as its items.
+    """Creates a function block from a `function` whose arguments are annotated as the block's items.
 
-    Outputs, states and conditions are arguments that the function assigns to; their final values are published together. An exception
-    of Python (a division by zero, an index out of bounds) is a fault of the invocation. The docstring is the block's description.
-    Numba compiles it, without an interpreter: code that cannot be compiled raises `DefinitionError` with its line and an alternative.
-    Defining it again, as in a notebook, redefines the block.
+    Outputs, states and conditions are arguments that the function assigns to; their final values are published together. A Python
+    exception (a division by zero, an index out of bounds) is a fault of the invocation. The docstring is the block's description.
+    Numba compiles the function, without an interpreter: code that cannot be compiled raises `DefinitionError` with its line and an
+    alternative. Defining it again, as in a notebook, redefines the block.
 
     `@gpac.block(native=False)` leaves it uncompiled: any Python, with NumPy, PyTorch, OpenCV. It runs on a processor of its own,
     `cell.processor("eyes", process=True)`, at the interval of its activation, and other blocks read its values when they arrive. An
-    exception is `fault`, with its text and line; if its process dies, `processor_lost`. With `deadline="40 ms"` the block has a
-    condition `late`, reported by an invocation that took longer.
+    exception is reported as `fault`, with its text and line; the death of its process as `processor_lost`. With `deadline="40 ms"`
+    the block has a condition `late`, reported by an invocation that took longer.
     >>> from typing import Annotated
     >>> import opengpac as gpac
     >>> from opengpac.python import Input, Output, Parameter
@@ -99,7 +100,7 @@ def _compiled(
     doc: str,
     refusing: Refusing,
 ) -> Path:
-    """Returns the file of the block's native code."""
+    """Compiles the block to native code, and returns the file."""
     constants = {name: repr(value) for name, value in sorted(names.items()) if isinstance(value, bool | int | float)}
     key = [compiling.VERSION, compiling.FORM, compiling.CPU, file, tree.lineno, text, constants, repr(items)]
 
@@ -121,7 +122,7 @@ def _interpreted(
     nonlocals: Mapping[str, Any],
     refusing: Refusing,
 ) -> Path:
-    """Returns the file of the code that calls the function."""
+    """Generates the code that calls the function, and returns the file."""
     deadline_ns = duration_ns(deadline, f"the deadline of block '{tree.name}'") if deadline is not None else None
     if deadline_ns is not None and deadline_ns <= 0:
         refusing(tree.lineno, f"its deadline must be more than 0 s, not {deadline!r}", "write '1 ms', for example")

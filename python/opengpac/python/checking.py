@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Check of a block's body: refuses unsupported code by its line with an alternative, before numba sees it."""
+"""Checks a block's body: refuses unsupported code, with its line and an alternative, before it reaches numba."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MATH = (
     "isinf isnan lgamma log log10 log1p log2 nan pi pow radians sin sinh sqrt tan tanh tau trunc"
 )
 MATH = frozenset(_MATH.split())
-"""Supported functions and numbers of `math`."""
+"""Supported functions and constants of `math`."""
 
 _LOOP = "write a loop over the elements, for i in range(6)"
 _OWN_ITEM = 'use numbers and arrays: declare an array as an item, State(type="double[6]")'
@@ -60,14 +60,14 @@ RETURNS_A_VALUE = ("it returns a value", "assign it to an output; write return a
 
 
 def tells_written(node: ast.Return, written: Collection[str]) -> bool:
-    """Returns whether a `return` has no value, or only the names of `written` arguments, as `return y, x`, which shows their use to a
-    linter."""
+    """Returns whether a `return` has no value, or only the names of `written` arguments: `return y, x` shows a linter that they are
+    used."""
     names = node.value.elts if isinstance(node.value, ast.Tuple) else [] if node.value is None else [node.value]
     return all(isinstance(name, ast.Name) and name.id in written for name in names)
 
 
 def check_body(tree: ast.FunctionDef, items: list[Item], invocation: str | None, names: Mapping[str, Any], refusing: Refusing) -> None:
-    """Refuses the first element of a body that cannot be compiled. `names`: the values of its global names."""
+    """Refuses the first construct of a body that cannot be compiled. `names` contains the values of its global names."""
     by_name = {item.name: item for item in items}
     local = {n.id for n in ast.walk(tree) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
     found: list[tuple[int, int, Callable[[], object]]] = []

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Compiles a rewritten function to C, by numba and LLVM. The result contains no runtime of numba or Python: LLVM's output is checked for
-that.
+"""Compiles a rewritten function to C through numba and LLVM. The result does not depend on the numba or Python runtime; a check of
+LLVM's output ensures that.
 
-It uses numba's private interfaces, so the version is pinned: `pip install 'opengpac[numba]'`.
+This module uses numba's private interfaces, so the version is pinned: `pip install 'opengpac[numba]'`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .translating import HEAD, Untranslatable, translated
 
 VERSION = "0.68.1"
 FORM = 3
-"""Version of the generated code, for cached code."""
+"""Version of the generated code; part of the cache key."""
 SYMBOL = "opengpac_python_body"
 _LIBM = (
     "acos acosh asin asinh atan atan2 atanh cbrt ceil copysign cos cosh erf erfc exp exp2 expm1 fabs floor fmod hypot ldexp lgamma log "
@@ -29,14 +29,14 @@ _LIBM = (
 LIBM = frozenset(_LIBM.split()) | {f"{name}f" for name in _LIBM.split()} | {"memcpy", "memset", "memmove"}
 LLVM = {"double": "double", "float": "float", "bool": "i8"} | {f"{s}int{n}_t": f"i{n}" for s in ("", "u") for n in (8, 16, 32, 64)}
 CPU = "x86-64"
-"""Target of the code: the same on each machine, so that a record and another host run the same bytes."""
+"""Target of the code, the same on every machine, so that a replay and other hosts run the same bytes."""
 
 OK, NONE = 0, -2
-"""Return values of numba's code without an exception."""
+"""Return values of numba's code if no exception occurred."""
 
 
 def numba_modules() -> dict[str, Any]:
-    """Returns numba, loaded when the first block is compiled."""
+    """Returns numba's modules; imports them when the first block is compiled."""
     try:
         found = importlib.import_module("numba")
         wanted = ("core.compiler", "core.registry", "core.types", "core.errors")
@@ -47,7 +47,7 @@ def numba_modules() -> dict[str, Any]:
 
 
 def compiled(function: Callable[..., None], items: list[Item], file: str, refusing: Refusing, line: int) -> str:
-    """Returns a function `opengpac_python_body` in C, with the arguments that `shim` passes."""
+    """Compiles the function to C code for `opengpac_python_body`, with the arguments that `shim` passes."""
     numba = numba_modules()
     if numba["version"] != VERSION:
         refusing(line, f"it requires numba {VERSION}, but numba {numba['version']} is installed", "run pip install 'opengpac[numba]'")
@@ -79,7 +79,7 @@ def _numba_type(types: Any, item: Item) -> Any:
 
 
 def _check_types(made: Any, items: list[Item], refusing: Refusing) -> None:
-    """Refuses a number that does not fit an integer variable, since C would truncate it."""
+    """Refuses a number that does not fit an integer variable, because C would truncate it."""
     for item in items:
         if item.shape or not item.written or item.element in ("double", "float"):
             continue
@@ -96,7 +96,7 @@ REMEDIES = (
     ("readonly|read-only|Cannot modify", "it changes a value that the block may only read", "write into an output or a State"),
     ("UndefinedVariable|referenced before", "it reads a variable before it is assigned", "assign to it on every path to that line"),
 )
-"""Pattern of numba's message → its meaning, and an alternative."""
+"""Patterns of numba's messages, each with its meaning and an alternative."""
 
 
 def _refuse(why: Exception, file: str, refusing: Refusing, line: int) -> NoReturn:
@@ -138,14 +138,15 @@ def _linked(made: Any, items: list[Item], refusing: Refusing, line: int) -> str:
 
 
 def _options(binding: Any) -> Any:
-    """Returns the options: no vectorisation, interleaving or unrolling, since only scalar code can be written in C with the same bits."""
+    """Returns the compiler options: no vectorisation, interleaving or unrolling, because only scalar code can be translated to C with
+    bit-identical results."""
     options = binding.create_pipeline_tuning_options(speed_level=2)
     options.loop_vectorization = options.slp_vectorization = options.loop_interleaving = options.loop_unrolling = False
     return options
 
 
 def _called(assembly: str, items: list[Item]) -> str:
-    """Returns the body as assembly, to be called."""
+    """Returns the body as assembly that C code can call."""
     types = [f"{i.element} *" if i.shape or i.written else i.element for i in items] + ["uint64_t", "int64_t", "int64_t"]
     lines = (*assembly.splitlines(), ".text")
     return "\n".join([
@@ -155,7 +156,7 @@ def _called(assembly: str, items: list[Item]) -> str:
 
 
 def _without_leftovers(body: Any, binding: Any, builder: Any) -> str:
-    """Hides symbols that only numba's own callers need, and removes those then unused; returns the remaining text."""
+    """Hides symbols that only numba's own callers need, removes those that are then unused, and returns the remaining text."""
     for variable in body.global_variables:
         if not variable.is_declaration:
             variable.linkage = "internal"
@@ -166,7 +167,7 @@ def _without_leftovers(body: Any, binding: Any, builder: Any) -> str:
 
 
 def _wrapper(name: str, types: list[str], items: list[Item], triple: str, layout: str) -> str:
-    """Returns LLVM's text of a function with C arguments, which passes arrays to numba's function: known lengths, no owner."""
+    """Returns the LLVM text of a function with C arguments, which calls numba's function with arrays of known length that have no owner."""
     outer, inner = [], [f"{types[0]} %ret", f"{types[1]} %exc"]
     before = ["%ret = alloca ptr", "%exc = alloca ptr", "store ptr null, ptr %exc"]
     at = 2

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A block whose function stays Python, `@gpac.block(native=False)`: the C around it, which contains the function as bytes and calls it.
+"""Block whose function stays in Python, `@gpac.block(native=False)`: C code that contains the function as bytes and calls it.
 
-The function is sent with the block to the process of its processor. There `interpreting` restores it before the first firing; under
-the virtual clock the function of the program itself is called.
+The function is sent with the block to the process of its processor, where `interpreting` restores it before the first firing. Under
+the virtual clock the program's own function is called.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _C = Path(__file__).with_name("interpreted.c")
 
 
 def source(name: str, doc: str, items: list[Item], function: Callable[..., Any], deadline_s: float | None, file: str, line: int) -> str:
-    """Returns the text of a C file with one block that calls `function`, made by `returning`."""
+    """Returns the text of a C file with one block that calls the `function` created by `returning`."""
     payload = _payload(name, items, function, line, file)
     words = [declared(item) for item in items]
     if deadline_s is not None:
@@ -64,10 +64,10 @@ def source(name: str, doc: str, items: list[Item], function: Callable[..., Any],
 
 
 def returning(tree: ast.FunctionDef, items: list[Item], space: dict[str, Any], file: str, refusing: Refusing) -> Callable[..., Any]:
-    """Returns the function, modified to return the values of its outputs, states and conditions at each end. Every line of it is the
-    user's.
+    """Returns the function, modified to return the values of its outputs, states and conditions at each exit. Line numbers remain those
+    of the user's file.
 
-    `space` is the module's namespace: changes by the function persist.
+    `space` is the module's namespace; changes that the function makes to it persist.
     """
     made = copy.deepcopy(tree)
     made.decorator_list, made.returns = [], None
@@ -86,7 +86,7 @@ def _arguments(tree: ast.FunctionDef) -> list[ast.arg]:
 
 
 class _Ends(ast.NodeTransformer):
-    """Makes each `return` of the function itself return these values."""
+    """Makes each `return` of the function itself return the values of its outputs, states and conditions."""
 
     def __init__(self, held: ast.Tuple, refusing: Refusing) -> None:
         self._held = held
@@ -111,7 +111,7 @@ class _Ends(ast.NodeTransformer):
 
 
 def _payload(name: str, items: list[Item], function: Callable[..., Any], line: int, file: str) -> str:
-    """Returns the function and its items, as text."""
+    """Returns the function and its items, serialised as text."""
     try:
         cloudpickle = importlib.import_module("cloudpickle")
     except ImportError as why:
@@ -130,7 +130,7 @@ def _payload(name: str, items: list[Item], function: Callable[..., Any], line: i
 
 
 def _bootstrap() -> str:
-    """Returns the program that Python runs when the block's code is loaded: it uses the same module paths, and restores the function."""
+    """Returns the program that Python runs when the block's code is loaded: it sets up the same module paths, and restores the function."""
     return f"""
 import sys
 try:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calls the function of a block that stays Python, in the process of its processor. `interpreted.c` calls it through a pointer."""
+"""Calls the function of a block that stays in Python, in the process of its processor. `interpreted.c` calls this module through a
+pointer."""
 
 from __future__ import annotations
 
@@ -20,7 +21,7 @@ KNOWN: dict[str, Callable[..., Any]] = {}
 WHAT_MAX = 200
 _CALL = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.POINTER(ctypes.c_void_p), ctypes.c_uint64, ctypes.c_int64, ctypes.c_int64)
 _kept: list[Any] = []
-"""Objects to which the code of blocks points; that code is never unloaded either."""
+"""Objects to which the code of blocks points. They are kept for the lifetime of the process, because that code is never unloaded either."""
 
 
 class Slot(ctypes.Structure):
@@ -30,7 +31,7 @@ class Slot(ctypes.Structure):
 
 
 def load(at: int) -> None:
-    """Restores the function of the block with the slot at that address."""
+    """Restores the function of the block whose slot is at this address."""
     slot = Slot.from_address(at)
     key, forms, pickled = pickle.loads(base64.b64decode(slot.payload))
     function = KNOWN.get(key) or pickle.loads(pickled)
@@ -40,7 +41,7 @@ def load(at: int) -> None:
 
 
 class _Form:
-    """Form of an item's value in memory."""
+    """Memory layout of an item's value."""
 
     def __init__(self, name: str, element: str, shape: Sequence[int], written: bool, is_condition: bool) -> None:
         self.name, self.shape, self.written = name, tuple(shape), written
@@ -54,7 +55,7 @@ class _Form:
         return values.reshape(self.shape).copy() if self.shape else values[0].item()
 
     def write(self, at: int, value: Any) -> None:
-        """Stores a value. Raises `TypeError` if it does not fit."""
+        """Stores a value. Raises `TypeError` if it does not match the type."""
         values = np.asarray(value)
         if values.shape != self.shape and not (values.size == 1 and not self.shape):
             raise TypeError(f"'{self.name}' has shape {self.shape}, but is assigned shape {values.shape}")
@@ -67,7 +68,7 @@ class _Form:
 
 
 class _Caller:
-    """Caller of the block's body."""
+    """Calls the block's body."""
 
     def __init__(self, slot: Slot, function: Callable[..., Any], forms: list[_Form]) -> None:
         self._slot, self._function, self._forms = slot, function, forms
@@ -91,7 +92,7 @@ class _Caller:
             return 1
 
     def _told(self, why: BaseException) -> str:
-        """Returns the exception's text, with the user's line."""
+        """Returns the exception's text, including the line of the user's code."""
         line, trace = 0, why.__traceback__
         while trace is not None:
             if trace.tb_frame.f_code.co_filename == self._file:

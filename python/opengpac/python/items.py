@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Extracts the items of a function's signature, and reports its errors."""
+"""Extracts the block's items from a function's signature, and reports its errors."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ PYTHON = {float: "double", int: "int64_t", bool: "bool"}
 WIDTHS = {"double": "float64", "float": "float32", "bool": "bool_"} | {
     f"{sign}int{bits}_t": f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)
 }
-"""C types of elements, and their names in NumPy and numba."""
+"""C element types, and their names in NumPy and numba."""
 
 _NO_UNIT = "px/counts"
-"""Unit that agrees with no other: a known unit is reported as different, an unknown one as unknown."""
+"""Unit that matches no other unit. A check against it reports a known unit as different, and an unknown one as unknown."""
 
 _TYPE = re.compile(r"\s*(\w+)\s*((?:\[\s*\d+\s*\])*)\s*")
 
 
 @dataclass(frozen=True)
 class Item:
-    """One argument: its `word`, the C `element` type, `shape` (of an array), and `default` in C, or None."""
+    """One argument: its `word`, the C `element` type, the `shape` of an array, and the `default` in C, or None."""
 
     name: str
     word: Word | Condition
@@ -43,18 +43,18 @@ class Item:
 
     @property
     def type(self) -> str:
-        """C type, without the elements of a history."""
+        """C type of a single value, without the elements of a history."""
         history = self.word.history if isinstance(self.word, Input) else 0
         return self.element + "".join(f"[{n}]" for n in (self.shape[1:] if history else self.shape))
 
     @property
     def written(self) -> bool:
-        """True if the function may change it."""
+        """True if the function may change the item."""
         return isinstance(self.word, Output | State | Condition)
 
 
 class Refusing:
-    """Refuses constructs of a function, with their line."""
+    """Refuses constructs of a function, and reports their lines."""
 
     def __init__(self, file: str, name: str) -> None:
         self.file = file
@@ -65,7 +65,7 @@ class Refusing:
 
 
 def items_of(function: Callable[..., Any], tree: ast.FunctionDef, refusing: Refusing) -> tuple[list[Item], str | None]:
-    """Returns the items of a function, and the name of its argument for the invocation."""
+    """Returns the items of a function, and the name of the argument that receives the invocation."""
     lines = {a.arg: a.lineno for a in [*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs]}
     for star in (tree.args.vararg, tree.args.kwarg):
         if star:

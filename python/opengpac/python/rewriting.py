@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Rewrites a block's function for numba: written arguments become arrays of one element, read at the start and stored at each end."""
+"""Rewrites a block's function for numba: written arguments become one-element arrays that are read at the start and stored at each exit."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from typing import Any
 from .items import Item
 
 INVOCATION = ("number", "time_ns", "now_ns")
-"""Arguments that replace an invocation, each with this prefix: `opengpac_number`."""
+"""Arguments that replace the invocation, each with a prefix: `opengpac_number`."""
 
 
 def cell(name: str) -> str:
-    """Returns the name of the array from which scalar `name` is read and to which it is stored."""
+    """Returns the name of the array from which the scalar `name` is read and in which it is stored."""
     return f"opengpac_cell_{name}"
 
 
 def rewritten(tree: ast.FunctionDef, items: list[Item], invocation: str | None, names: Mapping[str, Any], file: str) -> Callable[..., None]:
-    """Returns the function to be compiled. Every line of it is the user's."""
+    """Returns the function in the form to be compiled. Line numbers remain those of the user's file."""
     made = copy.deepcopy(tree)
     made.decorator_list, made.returns = [], None
     arguments = [cell(i.name) if i.written and not i.shape else i.name for i in items] + [f"opengpac_{name}" for name in INVOCATION]

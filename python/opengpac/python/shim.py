@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""C around a compiled body: its declaration by `opengpac.h`, and one call of the body.
+"""C code around a compiled body: its declaration according to `opengpac.h`, and one call of the body.
 
-Therefore staging, the check for finite values and publication on success are those of any block in C.
+Therefore staging, the check for finite values and publication on success work as for any block in C.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from .items import Item
 from .words import Condition, Input, Output, Parameter, State
 
 REGISTERS = 10
-"""Number of floats kept for the body in registers, of which there are 16."""
+"""Maximum number of floats that are kept in registers for the body; there are 16 registers in total."""
 
 FLOAT = """\
 #if defined(__x86_64__)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Translates LLVM's text of a compiled body to C, so that the C compiler inlines it into the block's entry and keeps values in
+"""Translates the LLVM text of a compiled body to C, so that the C compiler inlines it into the block's entry and keeps values in
 registers.
 
-Each instruction becomes one statement, each block a label; integers are unsigned, as wide as LLVM's. Unsupported code raises
-`Untranslatable`: then the body is added to the module as assembly, and called.
+Each instruction becomes one statement, and each basic block a label; integers are unsigned, as wide as LLVM's. Unsupported code
+raises `Untranslatable`; the body is then added to the module as assembly, and called.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ static inline double og_number(uint64_t bits) { double x; __builtin_memcpy(&x, &
 static inline uint32_t og_bits32(float x) { uint32_t bits; __builtin_memcpy(&bits, &x, 4); return bits; }
 static inline float og_number32(uint32_t bits) { float x; __builtin_memcpy(&x, &bits, 4); return x; }
 """
-"""Declarations required by the translated functions of a file."""
+"""C definitions that the translated functions of a file need."""
 
 _TYPE = r"double|float|ptr|i\d+"
 _VALUE = r'%"[^"]+"|%[\w.$-]+|-?[\w.+-]+'
@@ -39,7 +39,7 @@ _FLOATS = {"fadd": "+", "fsub": "-", "fmul": "*", "fdiv": "/"}
 _ORDERED = {"eq": "==", "ne": "!=", "gt": ">", "ge": ">=", "lt": "<", "le": "<="}
 _NOT = {"gt": "<=", "ge": "<", "lt": ">=", "le": ">"}
 _SIZES = {"double": 8, "float": 4, "ptr": 8, "i8": 1, "i16": 2, "i32": 4, "i64": 8}
-"""Sizes in memory, in bytes."""
+"""Sizes of types in memory, in bytes."""
 _IGNORED = ("llvm.lifetime", "llvm.assume", "llvm.experimental.noalias", "llvm.dbg")
 _SAME = {"fabs", "sqrt", "floor", "ceil", "trunc", "rint", "nearbyint", "round", "pow", "exp", "exp2", "log", "log2", "log10", "sin", "cos",
     "tan", "copysign", "fma", "ldexp"}  # fmt: skip
@@ -47,11 +47,11 @@ _RENAMED = {"minnum": "fmin", "maxnum": "fmax"}
 
 
 class Untranslatable(Exception):
-    """LLVM's text contains unsupported code."""
+    """Raised if the LLVM text contains unsupported code."""
 
 
 def translated(text: str, symbol: str) -> str:
-    """Returns the function of that name in LLVM's text, as a static C function."""
+    """Translates the function of that name in the LLVM text to a static C function."""
     found = re.search(rf"^define [^\n]*@{symbol}\((.*)\)[^\n]*\{{\n(.*?)^\}}", text, re.M | re.S)
     if found is None:
         raise Untranslatable(f"symbol '{symbol}' is missing")
@@ -74,7 +74,7 @@ def _c_type(kind: str) -> str:
 
 
 def _cell_type(kind: str) -> str:
-    """Returns the type for access to memory."""
+    """Returns the C type for memory accesses."""
     if kind not in _SIZES:
         raise Untranslatable(f"{kind} in memory")
     return {"double": "og_double", "float": "og_float", "ptr": "og_pointer"}.get(kind, f"og_u{kind[1:]}")
@@ -90,7 +90,7 @@ def _size(kind: str) -> int:
 
 
 def _cut(kind: str, text: str) -> str:
-    """Returns the expression as unsigned, truncated to its type."""
+    """Returns the expression as an unsigned value, truncated to its type."""
     width = _width(kind)
     if width in (8, 16, 32, 64, 128):
         return f"({_c_type(kind)})({text})"
@@ -121,8 +121,8 @@ class _Function:
             self._arguments.append((kind, self._named(rest.split()[-1], kind)))
         self._blocks = [*_blocks(body)]
         self._incoming: dict[str, list[tuple[str, str]]] = {}
-        """Block → its values for each phi of its successors: C name of the phi, value. It is filled before the block's end is
-        translated."""
+        """Values that a basic block passes to each phi of its successors, as pairs of the phi's C name and the value. The list of a
+        block's entry is complete before its end is translated."""
 
     def text(self) -> str:
         for label, lines in self._blocks:
@@ -299,7 +299,7 @@ class _Function:
 
 
 def _blocks(body: str) -> Iterator[tuple[str, Sequence[str]]]:
-    """Yields the label and the instructions of each block, without comments and metadata."""
+    """Yields the label and the instructions of each basic block, without comments and metadata."""
     # The first block has no label: its number is that of the first unnamed value.
     label, lines = "0", []
     for line in re.sub(r"\[\n(.*?)\]", lambda found: "[ " + " ".join(found[1].split()) + " ]", body, flags=re.S).splitlines():
@@ -317,7 +317,7 @@ def _blocks(body: str) -> Iterator[tuple[str, Sequence[str]]]:
 
 
 def _array_first(rest: str) -> tuple[str, str, str]:
-    """Returns the parts of an array type, and the text after its comma."""
+    """Returns the parts of an array type, and the text after the comma that follows it."""
     depth = 0
     for at, letter in enumerate(rest):
         depth += (letter == "[") - (letter == "]")
@@ -327,7 +327,7 @@ def _array_first(rest: str) -> tuple[str, str, str]:
 
 
 def _number(kind: str, text: str) -> str:
-    """Returns a constant, exact to the bit."""
+    """Returns a bit-exact constant."""
     if text.startswith("0x"):
         bits = int(text, 16)
         value = struct.unpack("<d", struct.pack("<Q", bits))[0]
@@ -347,7 +347,8 @@ def _compared(predicate: str, kind: str, a: str, b: str) -> str:
 
 
 def _ordered(predicate: str, a: str, b: str) -> str:
-    """Returns a comparison of floats. Predicates with the letter o are false if an operand is NaN, those with u true."""
+    """Returns a comparison of floats. Predicates with the letter o (ordered) are false if an operand is NaN; predicates with u
+    (unordered) are true."""
     if predicate in ("ord", "uno"):
         return f"{'!' if predicate == 'ord' else ''}__builtin_isunordered({a}, {b})"
     if predicate in ("oeq", "une"):
@@ -375,7 +376,7 @@ def _converted(word: str, kind: str, value: str, to: str) -> str:
 
 
 def _called(name: str, kind: str, arguments: Sequence[tuple[str, str]]) -> str:
-    """Returns a call of a function of libm, or of an intrinsic of LLVM."""
+    """Returns a call of a libm function or an LLVM intrinsic."""
     values = [value for _, value in arguments]
     if not name.startswith("llvm."):
         if any(of not in ("double", "float") and not of.startswith("i") for of, _ in arguments):

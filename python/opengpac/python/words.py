@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Kinds of arguments of a block's function: `u: Annotated[float, Input("measured position", "rad")]`.
 
-The annotated type is the one that a type checker sees in the body. The block's C type follows from it (`float` is `double`, `int` is
-`int64_t`, `bool` is `bool`), or is declared: `type="float"`, `type="double[6]"`, annotated as `numpy.ndarray`.
+The annotated type is the one that a type checker sees in the body. It determines the block's C type (`float` is `double`, `int` is
+`int64_t`, `bool` is `bool`), unless the C type is declared: `type="float"`, or `type="double[6]"` with the annotation
+`numpy.ndarray`.
 """
 
 from __future__ import annotations
@@ -21,8 +22,8 @@ class Word:
 
 @dataclass(frozen=True)
 class Input(Word):
-    """An input. `mode` is `"synchronous"` or `"asynchronous"`; `ratio=n`: its writer updates once in n invocations; `history=n`: the
-    last n values, the oldest first. A default of the argument is its value while it is unbound."""
+    """An input. `mode` is `"synchronous"` or `"asynchronous"`. With `ratio=n` its writer updates it once in n invocations; with
+    `history=n` it contains the n most recent values, oldest first. The argument's default, if any, is its value while it is unbound."""
 
     mode: str = "synchronous"
     ratio: int = 0
@@ -31,8 +32,8 @@ class Input(Word):
 
 @dataclass(frozen=True)
 class Output(Word):
-    """An output: the final value of its argument. `ratio=n`: stored on every nth invocation; `nonfinite`: it may be infinite or not a
-    number. Its initial value is that of the previous invocation, 0 in the first one."""
+    """An output, which is the final value of its argument. With `ratio=n` it is stored on every nth invocation; with `nonfinite` it may
+    be infinite or NaN. Its initial value is the value of the previous invocation, or 0 in the first one."""
 
     ratio: int = 0
     nonfinite: bool = False
@@ -40,14 +41,15 @@ class Output(Word):
 
 @dataclass(frozen=True)
 class State(Word):
-    """Memory between invocations; the argument's default is its initial value, else 0. `keep`: it survives a new start."""
+    """A state, which is preserved between invocations. Its initial value is the argument's default, or 0. With `keep` it survives a
+    restart of the instance."""
 
     keep: bool = False
 
 
 @dataclass(frozen=True)
 class Parameter(Word):
-    """A parameter; the argument's default is its default."""
+    """A parameter. Its default is the argument's."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,8 @@ class Condition:
 
 @dataclass(frozen=True)
 class Invocation:
-    """The invocation: `number` from 0, running time `time` in seconds and `time_ns`, release time of the firing `now_ns`."""
+    """The invocation: its `number` from 0, running time `time` in seconds and `time_ns` in nanoseconds, and the release time of the
+    firing, `now_ns`."""
 
     number: int
     time: float

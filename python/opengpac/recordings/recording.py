@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Recordings: writes the activity of a running system into an MCAP file, and reads such a file back."""
+"""Recordings: writes the activity of a running system to an MCAP file, and reads such a file back."""
 
 from __future__ import annotations
 
@@ -25,21 +25,22 @@ if TYPE_CHECKING:
 
 
 class Recording:
-    """A recording in progress; made by `cell.record(path)`.
+    """A recording in progress. Created by `cell.record(path)`.
 
-    It ends with `stop()`, with the block of its `with`, or with its system. A write error ends it: `failure` contains the reason, and
-    the system continues.
+    It ends with `stop()`, at the end of its `with` block, or with its system. A write error ends it: `failure` contains the reason,
+    and the system continues.
     """
 
     def __init__(self, system: SystemObservation, number: int, path: str, last: dict[str, Any] | None = None) -> None:
         self.system = system
         self.path = path
-        """Path of the file; for a remote system its name in the daemon's folder of recordings."""
+        """Path of the file; for a remote system, its name in the daemon's recordings folder."""
         self._number = number
         self._last = last
 
     def stop(self) -> dict[str, int]:
-        """Stops the recording: writes all pending data, then the end of the file. Returns the messages lost, by channel, normally none."""
+        """Stops the recording: writes all pending data, then the footer of the file. Returns the number of lost messages by channel,
+        normally empty."""
         if self._last is None or self._last["running"]:
             with refusals:
                 self._last = self._ended()
@@ -65,22 +66,22 @@ class Recording:
 
     @property
     def files(self) -> list[str]:
-        """Existing files, the oldest first; the last one is being written. There are several if the recording is split."""
+        """Existing files, oldest first; the last one is being written. A split recording has several."""
         return self._summary["files"]
 
     @property
     def running(self) -> bool:
-        """True while it is running. It ends before the disk is full, with a `failure`."""
+        """True while the recording runs. It stops before the disk is full, with a `failure`."""
         return self._summary["running"]
 
     @property
     def counts(self) -> dict[str, int]:
-        """Number of messages written, by channel; while it runs, of those on the disk. Messages of deleted files are included."""
+        """Number of messages written, by channel; during the recording, those already on disk. Messages in deleted files are included."""
         return self._summary["counts"]
 
     @property
     def lost(self) -> dict[str, int]:
-        """Exact number of messages that could not be written, by channel; only nonzero ones."""
+        """Exact number of messages that could not be written, by channel; only channels with losses."""
         return self._summary["lost"]
 
     @property
@@ -90,12 +91,12 @@ class Recording:
 
     @property
     def free_bytes(self) -> int | None:
-        """Free bytes on the disk at the last write; None if it is unknown."""
+        """Number of free bytes on the disk at the latest write; None if it is not known."""
         return self._summary["free_bytes"]
 
     @property
     def failure(self) -> str | None:
-        """Reason that writing failed; None if it did not."""
+        """Reason why writing failed, or None."""
         return self._summary["failure"]
 
     def __enter__(self) -> Self:
@@ -123,7 +124,7 @@ def begin(
     split: int | str | None,
     keep: int | None,
 ) -> Recording:
-    """Begins a recording; see `System.record`."""
+    """Begins a recording, as described in `System.record`."""
     if isinstance(svvs, str) or not all(isinstance(name, str) for name in ([] if svvs is None else svvs)):
         refuse(CallError, f"svvs= must be a list of names, not {svvs!r}", 'write svvs=["arm.*"], for example')
     if keep is not None and not 0 <= keep < 2**32:
@@ -145,23 +146,23 @@ def begin(
 
 
 DAMAGE_SHOWN = 3
-"""Number of parts of a damaged file that a warning lists in full."""
+"""Maximum number of unreadable sections of a damaged file that a warning lists."""
 
 
 @dataclass(frozen=True)
 class RecordingDamage:
-    """A part of a recording's file that cannot be read; `recorded.damage` lists them. Made by `gpac.open_recording`."""
+    """A section of a recording's file that cannot be read; `recorded.damage` lists all of them. Created by `gpac.open_recording`."""
 
     begins: int
-    """Offset of its first byte in the file."""
+    """Offset of the first unreadable byte in the file."""
     ends: int
-    """Offset of the first byte after it."""
+    """Offset of the first byte after the unreadable section."""
     what: str
-    """Reason that it cannot be read."""
+    """Reason why the section cannot be read."""
     span: tuple[float, float] | None
-    """Times between which data are lost, s on the system's clock; None if the file does not contain them."""
+    """Time span in which data are lost, in s on the system's clock; None if it cannot be determined."""
     lost: dict[str, int] | None
-    """Number of lost messages, by channel: empty if none is lost, None if the file does not contain it."""
+    """Number of lost messages, by channel: empty if no message is lost, None if it cannot be determined."""
 
     @classmethod
     def _of(cls, said: Mapping[str, Any]) -> Self:
@@ -179,11 +180,12 @@ class RecordingDamage:
 
 
 class Recorded(Mapping[str, np.ndarray]):
-    """A recording read back: names of SVVs to structured arrays of `number`, `time` (s on the system's clock) and `value`.
+    """A recording read back: a mapping from names of SVVs to structured arrays of `number`, `time` (s on the system's clock) and
+    `value`.
 
-    Made by `gpac.open_recording(path)`.
+    Returned by `gpac.open_recording(path)`.
 
-    `recorded["arm.joint1.sensed"]["value"]` has one row per publication, shape (n,) followed by the shape of the type, in
+    `recorded["arm.joint1.sensed"]["value"]` has one row per publication, with the shape (n,) followed by the shape of the type, in
     `recorded.unit(name)`. Names of private cells are `INSTANCE:CELL`. Raises `KeyError` for a name that was not recorded,
     `ValueRefused` for a file that cannot be read.
     """
@@ -195,13 +197,14 @@ class Recorded(Mapping[str, np.ndarray]):
             self._series: dict[str, Any] = json.loads(self._native.series_json())
             about = json.loads(self._native.about_json())
         self.complete: bool = about["complete"]
-        """False if the file has no end, because its recorder was killed or the disk was full: then it contains all data up to there."""
+        """False if the file is incomplete because its recorder was killed or the disk was full; it then contains all data up to that
+        time."""
         self.lost: dict[str, int] = about["lost"]
-        """Number of messages with which its recorder could not keep up, by channel; only nonzero ones."""
+        """Number of messages that its recorder could not write in time, by channel; only channels with losses."""
         self.damage: list[RecordingDamage] = [RecordingDamage._of(one) for one in about["damage"]]
-        """Parts of the file that cannot be read, with their place, time and messages; the rest is included."""
+        """Sections of the file that cannot be read, with their location, time and messages; everything else is included."""
         self.metadata: dict[str, dict[str, str]] = about["metadata"]
-        """The file's metadata of the system: name, version, configuration, time at which its clock was 0."""
+        """Metadata of the system in the file: name, version, configuration, and the time of its clock's zero."""
         if self.damage:
             shown = "; ".join(str(one) for one in self.damage[:DAMAGE_SHOWN])
             rest = len(self.damage) - DAMAGE_SHOWN
@@ -228,12 +231,12 @@ class Recorded(Mapping[str, np.ndarray]):
         return len(self._series)
 
     def unit(self, name: str) -> str:
-        """Returns the unit of the SVV of that `name`, or an empty text."""
+        """Returns the unit of the SVV called `name`, or an empty text."""
         return self._series[name]["unit"]
 
     def names(self, *patterns: str) -> list[str]:
-        """Returns the names that match one of the `patterns`, where `*` stands for any letters and `?` for one. Raises UnknownName if
-        none does."""
+        """Returns the names that match one of the `patterns`, where `*` stands for any characters and `?` for one character. Raises
+        `UnknownName` if no name matches."""
         found: list[str] = []
         for pattern in patterns:
             of = [name for name in self if fnmatch.fnmatchcase(name, pattern)]
@@ -263,7 +266,7 @@ class Recorded(Mapping[str, np.ndarray]):
 
     @property
     def timing(self) -> dict[str, list[dict[str, Any]]]:
-        """Returns firings, jitter, durations and overruns of each interrupt source, once a second."""
+        """Returns firings, jitter, durations and overruns of each interrupt source, recorded once a second."""
         prefix = "/timing/"
         with refusals:
             topics = self._native.topics()
@@ -277,7 +280,7 @@ class Recorded(Mapping[str, np.ndarray]):
 
 
 class Unmade(Recorded):
-    """Recording that a checked program would have made: its SVVs, without values; no log, and no end."""
+    """Recording that a checked program would have made. It has the SVVs without values, an empty log, and no ends."""
 
     def __init__(self, path: str, system: SystemObservation, options: Mapping[str, Any]) -> None:
         self.path = path
@@ -299,7 +302,7 @@ class Unmade(Recorded):
 
 
 class _Nothing:
-    """A file without a message."""
+    """Stand-in for a file, without messages."""
 
     def series(self, _: str) -> tuple[bytes, bytes, bytes]:
         return b"", b"", b""
@@ -316,9 +319,9 @@ def open_recording(path: str | os.PathLike[str]) -> Recorded:
     """Reads the recording at `path`, made by `cell.record()` or `opengpac record`.
 
     The result is a mapping of names to structured arrays of `number`, `time` (s) and `value`, with `log`, `conditions`, `ends`,
-    `timing` and `lost`. The intact parts of a damaged file are included, with a warning that contains place, time and messages of the
-    rest (`damage`). Raises ValueRefused if the file is not a recording. While a program is only checked (`opengpac check`), its own
-    recordings have names, types and units, and no values.
+    `timing` and `lost`. The intact sections of a damaged file are included; a warning reports the location, time and messages of the
+    others (`damage`). Raises `ValueRefused` if the file is not a recording. While a program is only checked (`opengpac check`), its
+    own recordings have names, types and units, but no values.
     """
     unmade = checking.recorded(file := str(Path(path).expanduser().absolute()))
     return Recorded(path) if unmade is None else Unmade(file, *unmade)

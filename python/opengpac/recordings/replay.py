@@ -20,28 +20,28 @@ from ..values.quantities import Quantity, duration_ns
 
 @dataclass(frozen=True)
 class Difference:
-    """The first value that differs from the recorded one. Made by `gpac.replay`."""
+    """The first value that differs from the recorded value. Created by `gpac.replay`."""
 
     source: str
-    """The interrupt source: `processor.source`."""
+    """Name of the interrupt source, `processor.source`."""
     firing: int
-    """Number of the firing, from the first one of its source."""
+    """Number of the firing, counted from the first firing of its source."""
     time: float
-    """Release of the firing, s on the clock of the record."""
+    """Release time of the firing, in s on the clock of the recording."""
     between: bool
-    """True if it occurred between this firing and the next: an action of a script, for example an `execute`."""
+    """True if the difference occurred between this firing and the next, in an action of a script, such as an `execute`."""
     block: str
-    """`INSTANCE.LABEL`; empty if only the digest of all blocks of the source is known."""
+    """Label of the block, `INSTANCE.LABEL`; empty if only the digest over all blocks of the source is known to differ."""
     port: str
-    """The output whose value differs."""
+    """Output whose value differs."""
     svv: str
-    """The SVV in which it is stored; empty for a private cell, or if unknown."""
+    """SVV in which the output is stored; empty for a private cell or if unknown."""
     recorded: tuple[str, ...]
-    """Elements of the recorded value, with every digit; hexadecimal digits of a structure."""
+    """Elements of the recorded value, in full precision; hexadecimal digits for a structure."""
     replayed: tuple[str, ...]
-    """Elements of the replayed value, in the same form."""
+    """Elements of the replayed value, in the same format."""
     how: str
-    """Description of the deviation, if the source took a different path than recorded."""
+    """Description of the deviation, if the execution of the source deviated from the record."""
 
     def __str__(self) -> str:
         where = f"{'after' if self.between else 'in'} firing {self.firing} of source '{self.source}' (at {self.time:.6f} s)"
@@ -54,26 +54,26 @@ class Difference:
 
 @dataclass(frozen=True)
 class Replay:
-    """Result of replaying a record: its extent, and the findings. Made by `gpac.replay`."""
+    """Result of replaying a recording: its extent, and the findings. Returned by `gpac.replay`."""
 
     stopped: Literal["end", "condition", "time", "difference", "unplayable"]
-    """Reason for the stop: the end of the record, `until` holds, `to` was reached, a value differs, or the record lacks the
-    continuation."""
+    """Reason why the replay stopped: the recording ended, `until` holds, `to` was reached, a value differs, or the recording lacks the
+    data needed to continue."""
     firings: int
-    """Number of replayed firings, of all sources."""
+    """Number of replayed firings of all sources."""
     same: bool
-    """True if every value so far equals the record, bit for bit."""
+    """True if every value so far equals the recorded one, bit for bit."""
     source: str
-    """Place of the stop: source, firing, release in s on the clock of the record."""
+    """Position at which the replay stopped: source, firing, and release time in s on the clock of the recording."""
     firing: int
     time: float
     difference: Difference | None
     fingerprint: str
-    """Digest of all inputs and values so far: two records of one run under the virtual clock have the same."""
+    """Digest of all inputs and values so far. It is equal for two recordings of one run under the virtual clock."""
     message: str
-    """Reason that it is `unplayable`, or another message; may be empty."""
+    """Reason why the recording is `unplayable`, or another message; may be empty."""
     svvs: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    """SVVs requested with `show`: the elements of each with every digit."""
+    """Elements of each SVV requested with `show`, in full precision."""
 
     def __str__(self) -> str:
         at = f"firing {self.firing} of source '{self.source}' (at {self.time:.6f} s)"
@@ -99,18 +99,18 @@ def replay(
     modules: Sequence[str | os.PathLike[str]] = (),
     trust: bool | Sequence[str] = False,
 ) -> Replay:
-    """Replays a recording made by `cell.record(path, replay=True)` or `opengpac record`, at `path`, and compares every value with it.
+    """Replays the recording at `path`, made by `cell.record(path, replay=True)` or `opengpac record`, and compares every value with it.
 
-    `until` is a condition over SVVs at which to stop, comparisons with numbers joined by `and` and `or`, for example `"force > 20 and
-    joint.sensed[2] <= 0.5"`. `to` is a time on the clock of the record. `show` names SVVs whose values are requested, `*` matches
-    anything. `modules` are sources in C or C++, or code modules, that replace those of the same name in the record: the first
+    `until` is a condition over SVVs at which to stop: comparisons with numbers, joined by `and` and `or`, for example `"force > 20
+    and joint.sensed[2] <= 0.5"`. `to` is a time on the clock of the recording. `show` selects the SVVs whose values are returned; `*`
+    matches anything. `modules` are C or C++ sources, or code modules, that replace those of the same name in the recording: the first
     difference names block, port and firing.
 
-    A record includes the code modules of its blocks, and replaying it runs them, with all your rights: `trust=True` declares that you
-    trust the origin of the file, even if it is your own. A sequence of SHA-256 digests trusts those modules only. A record with only
-    library blocks includes none. Raises CallError for a file that is not a record, or includes untrusted code, a condition that
-    cannot be parsed, or an SVV that the record does not contain. While a program is only checked (`opengpac check`), the replay of
-    its own recordings has no firings.
+    A recording includes the code modules of its blocks, and replaying it runs them with all of your privileges: `trust=True` declares
+    that you trust the origin of the file, even if it is your own. A sequence of SHA-256 digests trusts only those modules. A
+    recording with only library blocks includes none. Raises `CallError` for a file that is not a recording, or includes untrusted
+    code, a condition that cannot be parsed, or an SVV that the recording does not contain. While a program is only checked (`opengpac
+    check`), the replay of its own recordings has no firings.
     """
     file = Path(path)
     unmade = checking.recorded(str(file.expanduser().absolute()))
@@ -127,7 +127,7 @@ def replay(
 
 
 def _unplayed(file: Path, options: Mapping[str, Any]) -> Replay:
-    """Returns the replay of a record that a run would have made."""
+    """Returns the replay of a recording that a run would have made."""
     if not options["replay"]:
         refuse(CallError, f"'{file}' contains nothing to replay", "record with cell.record(path, replay=True)")
     return Replay("end", 0, True, "", 0, 0.0, None, "", "nothing ran: the program is only being checked")
@@ -178,7 +178,8 @@ def _again(given: argparse.Namespace) -> int:
 
 
 def _asked_for(file: Path) -> Sequence[str]:
-    """Asks the user at the terminal for trust; returns the digests of the trusted modules, without a terminal none."""
+    """Asks the user at the terminal whether to trust the modules; returns the digests of the trusted ones, or none if there is no
+    terminal."""
     if not (file.exists() and sys.stdin.isatty() and sys.stderr.isatty()):
         return ()
     with refusals:

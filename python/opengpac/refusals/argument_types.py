@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks the arguments of public calls: refuses, in words, a value whose type differs from the signature, before anything happens.
+"""Checks the arguments of public calls. A value whose type differs from the signature is refused, with an explanation, before the call
+has any effect.
 
-The signature is the rule, so that nothing is written twice. Each call itself checks other constraints, such as ranges.
+The signature is the single source of these rules. Each call itself checks other constraints, such as ranges.
 """
 
 from __future__ import annotations
@@ -44,15 +45,16 @@ _KINDS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "tuple": (lambda value: _is_list(value) and len(value) == 2, "a pair, (0, 1)"),
     "Callable": (callable, "a function"),
 }
-"""Supported parts of annotations: their test and their name. An argument whose annotation has any other part is not checked here."""
+"""Supported components of annotations, each with its test and its name. Arguments whose annotation has any other component are not
+checked here."""
 
 
 _DEFINING = ("commands", "composition", "conditions", "graphs", "parameters", "suspension")
-"""Modules whose calls make parts of definitions: their errors are errors in the definition."""
+"""Modules whose calls create parts of definitions; errors in their arguments are errors in the definition."""
 
 
 def _parts(annotation: str) -> list[str]:
-    """Returns the parts of a type's text: `str | Mapping[str, int | None]` → `str`, `Mapping`."""
+    """Splits a type's text into its components: `str | Mapping[str, int | None]` → `str`, `Mapping`."""
     parts, depth, part = [], 0, ""
     for sign in annotation:
         depth += (sign == "[") - (sign == "]")
@@ -66,7 +68,7 @@ def _parts(annotation: str) -> list[str]:
 
 
 def name_of(name: Any, what: str) -> str:
-    """Returns the name if it is valid: a text that fits on a line of a log."""
+    """Returns the name if it is valid: a text that fits on one line of a log."""
     if not isinstance(name, str):
         refuse(CallError, f"{what} must be a string, not {_short(name)}", "write a name such as 'cell'")
     with refusals:
@@ -75,7 +77,8 @@ def name_of(name: Any, what: str) -> str:
 
 
 def whole(value: Any, what: str, least: int, most: int) -> int:
-    """Returns a whole number from `least` to `most`. Raises `OutOfRange` for other whole numbers, and `CallError` for other values."""
+    """Returns the value if it is an integer from `least` to `most`. Raises `OutOfRange` for other integers, and `CallError` for other
+    values."""
     value = number(value)
     if not _is_whole(value) or not least <= value <= most:
         kind = OutOfRange if _is_whole(value) else CallError
@@ -90,7 +93,7 @@ def _short(value: Any) -> str:
 
 
 def _rule(name: str, parameter: inspect.Parameter) -> Callable[[Any, str, type[Error]], Any] | None:
-    """Returns the check of a parameter, which returns the value to pass on; None if its annotation does not define one."""
+    """Returns the check of a parameter, a function that returns the value to pass on; None if its annotation does not define a check."""
     annotation = parameter.annotation if isinstance(parameter.annotation, str) else "Any"
     kinds = _parts(annotation)
     if any(kind not in _KINDS for kind in kinds):
@@ -113,7 +116,7 @@ def _rule(name: str, parameter: inspect.Parameter) -> Callable[[Any, str, type[E
 
 
 def _unbound(call: str, signature: inspect.Signature, args: Sequence[Any], kwargs: Mapping[str, Any]) -> None:
-    """Refuses arguments that do not match the signature at all: too many, too few, or an unknown one."""
+    """Refuses arguments that cannot be bound to the signature: too many, too few, or an unknown one."""
     parameters = signature.parameters
     several = any(p.kind is p.VAR_KEYWORD for p in parameters.values())
     unknown = next((name for name in kwargs if name not in parameters), None)
@@ -128,7 +131,7 @@ def _unbound(call: str, signature: inspect.Signature, args: Sequence[Any], kwarg
 
 
 class _Rules:
-    """Rules of a call's arguments, prepared once, at its first call: binding a signature in each call is ten times as expensive."""
+    """Rules for a call's arguments, prepared once, at its first call: binding a signature in each call would cost ten times as much."""
 
     def __init__(self, call: Callable[..., Any]) -> None:
         self.signature = inspect.signature(call)
@@ -145,7 +148,7 @@ class _Rules:
 
 
 def taking(call: Callable[P, R]) -> Callable[P, R]:
-    """Returns a call that checks its arguments first."""
+    """Wraps the call in a check of its arguments."""
     rules: _Rules | None = None
 
     @functools.wraps(call)
@@ -168,7 +171,7 @@ def taking(call: Callable[P, R]) -> Callable[P, R]:
 
 
 def all_taking(of: type[C]) -> type[C]:
-    """Returns a class whose public calls check their arguments."""
+    """Wraps the public calls of a class in checks of their arguments."""
     for name, member in list(vars(of).items()):
         if inspect.isfunction(member) and (name == "__init__" or not name.startswith("_")):
             setattr(of, name, taking(member))

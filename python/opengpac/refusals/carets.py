@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Displays errors like a compiler: file, line, column, the line with a caret, both ends, the remedy."""
+"""Displays errors like a compiler: file, line, column, the line with a caret, both ends, and the remedy."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ def _short(file: str) -> str:
 
 @functools.cache
 def _found(place: Place, words: tuple[str, ...], message: str) -> tuple[int, int, int]:
-    """Returns line, column and length of the first of the words that occurs in the statement at that place, else those of the
-    statement's line.
+    """Returns the line, column and length of the first of the words that occurs in the statement at that location; if none occurs, those
+    of the statement's first line.
 
     In a definition file the line is exact: the error is on it.
     """
@@ -83,7 +83,8 @@ def _found(place: Place, words: tuple[str, ...], message: str) -> tuple[int, int
 
 
 def _words(message: str, last_first: bool = False) -> tuple[str, ...]:
-    """Returns the names that a message quotes, in the form of the program: `planner.goal` of `'planner' … has no 'goal'`, then each.
+    """Returns the names that a message quotes, as written in the program: first combined, `planner.goal` for `'planner' … has no
+    'goal'`, then each alone.
 
     A port is more specific than a block or list. The context of an unknown name precedes it, so in that case the last name is the one
     to mark.
@@ -96,7 +97,7 @@ def _words(message: str, last_first: bool = False) -> tuple[str, ...]:
 
 
 def _statement(tree: ast.Module, line: int) -> ast.AST | None:
-    """Returns the smallest statement that contains the line; decorators belong to their definition."""
+    """Returns the smallest statement that contains the line. Decorators belong to their definition."""
     best: tuple[int, ast.AST] | None = None
     for node in ast.walk(tree):
         if not isinstance(node, ast.stmt) or node.end_lineno is None:
@@ -108,7 +109,7 @@ def _statement(tree: ast.Module, line: int) -> ast.AST | None:
 
 
 def _named(statement: ast.AST, word: str, message: str) -> Iterator[ast.expr | ast.keyword]:
-    """Yields the positions of a word as a text, keyword or name: first in the arguments named by the message, then in program order."""
+    """Yields the positions of a word as a string, keyword or name: first in the arguments that the message names, then in program order."""
     spoken = {id(inner) for k in ast.walk(statement) if isinstance(k, ast.keyword) and _speaks_of(message, k.arg) for inner in ast.walk(k)}
     found = [
         node

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Objects that accept assignments only to declared names: `cell.overide = 0.0` must not succeed silently."""
+"""Objects that accept assignments only to declared names, so that `cell.overide = 0.0` does not succeed silently."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _PACKAGE = __name__.partition(".")[0]
 
 
 class _Whole(type):
-    """Marks each object as complete after its constructor: until then every attribute is being declared."""
+    """Marks each object as complete after its constructor; before that, every assignment declares an attribute."""
 
     if not TYPE_CHECKING:
 
@@ -28,9 +28,9 @@ class _Whole(type):
 
 
 class DeclaredNames(metaclass=_Whole):
-    """Base of classes that refuse an assignment to an undeclared name, and suggest the probable one.
+    """Base of classes that refuse an assignment to an undeclared name, and suggest the name that was probably meant.
 
-    Declared names are properties with a setter, members of a device type, and the names in `_settable`. A class of your own may set
+    Declared names are properties with a setter, members of a device type, and the names in `_settable`. A user-defined class may set
     any attribute in its constructor, and again later.
     """
 
@@ -65,7 +65,7 @@ class DeclaredNames(metaclass=_Whole):
         refuse(CallError, f"{what} has no member '{name}'", remedy)
 
     def _instead(self, name: str) -> str:
-        """Returns an alternative to that assignment, if there is one."""
+        """Returns a suggestion to replace an assignment to that name, or an empty text."""
         return ""
 
     def _called(self) -> str:
@@ -78,6 +78,6 @@ def _packaged(kind: type) -> bool:
 
 
 def _of_user(kind: type, name: str) -> bool:
-    """Returns whether a class outside this package declares the name, by a value or by an annotation alone."""
+    """Returns whether a class outside this package declares the name, by a value or just by an annotation."""
     own = [base for base in kind.__mro__ if not _packaged(base) and base is not object]
     return any((name in vars(base) and not inspect.isroutine(vars(base)[name])) or name in inspect.get_annotations(base) for base in own)

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Shortens tracebacks of refusals by the frames of this package: the last line is the user's own.
+"""Removes the frames of this package from tracebacks of refusals, so that the last line is the user's own.
 
-The traceback is cut where it is displayed (by Python, a thread, IPython or pytest), not in public functions: calls cost no more, a
-debugger stops where the error was raised, and `except` sees the whole. `OPENGPAC_TRACEBACK=full` shows every frame.
+The traceback is cut where it is displayed (by Python, a thread, IPython or pytest), not in public functions. Therefore calls have no
+overhead, a debugger stops where the error was raised, and `except` sees the whole traceback. `OPENGPAC_TRACEBACK=full` shows every
+frame.
 """
 
 from __future__ import annotations
@@ -17,10 +18,10 @@ from .source_location import is_of_package, is_of_python
 
 
 class ShortTraceback(Exception):
-    """Exception whose traceback is displayed without the frames of this package: base of the refusals."""
+    """Exception whose traceback is displayed without the frames of this package; base class of the refusals."""
 
     def _render_traceback_(self) -> list[str]:
-        """Returns the lines for IPython and Jupyter."""
+        """Returns the lines that IPython and Jupyter display."""
         from IPython.core.getipython import get_ipython
 
         shorten(self)
@@ -36,7 +37,7 @@ def is_full() -> bool:
 def shorten(error: BaseException | None) -> None:
     """Removes the frames of this package from the traceback of a refusal, and of each refusal that is its cause or context.
 
-    Other exceptions keep all their frames: one of Python's own raised in this package is a bug in the package.
+    Other exceptions keep all their frames: a built-in exception raised in this package is a bug in the package.
     """
     if is_full():
         return
@@ -46,9 +47,9 @@ def shorten(error: BaseException | None) -> None:
 
 
 def users(trace: TracebackType | None) -> TracebackType | None:
-    """Returns the traceback with only the user's frames, or all of it if there are none.
+    """Returns the traceback with only the user's frames, or the whole traceback if it has none.
 
-    Frames of Python's library are kept if they call the user's program: the start of a thread, `contextlib` around a generator.
+    Frames of Python's library are kept if they call the user's program: the start of a thread, or `contextlib` around a generator.
     """
     entries: list[TracebackType] = []
     while trace is not None:
@@ -65,7 +66,7 @@ def users(trace: TracebackType | None) -> TracebackType | None:
 
 
 def _chain(error: BaseException | None) -> Iterator[BaseException]:
-    """Yields an exception, its causes and contexts, and the members of groups, each once."""
+    """Yields an exception, its causes and contexts, and the members of exception groups, each once."""
     waiting, seen = [error], set[int]()
     while waiting:
         found = waiting.pop()
@@ -81,7 +82,7 @@ def _chain(error: BaseException | None) -> Iterator[BaseException]:
 def install() -> None:
     """Shortens the tracebacks that Python displays when a refusal ends a program or a thread. Idempotent.
 
-    Previous hooks still display them. IPython uses the exception's `_render_traceback_`, pytest its plugin.
+    Previously installed hooks still display the tracebacks. IPython uses the exception's `_render_traceback_`, pytest its plugin.
     """
     if getattr(sys.excepthook, "_of_opengpac", False):
         return

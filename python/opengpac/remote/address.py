@@ -15,11 +15,11 @@ FORMS = "write unix:///path.sock, http://127.0.0.1:PORT or https://HOST:PORT"
 
 @dataclass(frozen=True)
 class Address:
-    """Address of a control interface: a Unix socket, or a host and port, with TLS or without."""
+    """Address of a control interface: a Unix socket, or a host and port, with or without TLS."""
 
     url: str
     path: str = ""
-    """Path of the Unix socket; empty for a host."""
+    """Path of the Unix socket; empty for a host and port."""
     host: str = "localhost"
     port: int = 0
     secure: bool = False
@@ -29,7 +29,7 @@ class Address:
 
 
 def address(url: object) -> Address:
-    """Parses the URL of a system. Raises `CallError` for another scheme, a host without a port, or a malformed URL."""
+    """Parses the URL of a system. Raises `CallError` for an unsupported scheme, a host without a port, or a malformed URL."""
     if not isinstance(url, str) or "://" not in url:
         refuse(CallError, f"{url!r} is not the URL of a system", FORMS)
     scheme = url.split("://", 1)[0]

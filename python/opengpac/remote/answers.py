@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads answers of HTTP/1.1 (RFC 9112) from a socket. The time is part of the latency of a remote start, and the standard library parses
-headers as those of e-mails, which takes longer than the rest of a request."""
+"""Reads HTTP/1.1 responses (RFC 9112) from a socket. The reading time is part of the latency of a remote start, and the standard library
+parses headers like those of e-mails, which takes longer than all other work of a request."""
 
 from __future__ import annotations
 
@@ -9,22 +9,23 @@ import socket
 from typing import NamedTuple, Self
 
 _ROOM = 1 << 16
-"""Size of a read in bytes, and maximum size of a head."""
+"""Size of a read in bytes, which is also the maximum size of a response header."""
 
 
 class Answer(NamedTuple):
-    """Answer of the server."""
+    """Response of the server."""
 
     status: int
     body: bytes
     again_s: float = 0.01
-    """Delay before a retry, if the request was refused because the server was busy."""
+    """Delay before a retry if the server was too busy and refused the request."""
 
 
 def read(wire: socket.socket, incoming: Incoming | None = None) -> tuple[Answer, bool]:
-    """Returns the next answer, and whether the connection can be reused. `incoming`: new, or the data received before an interrupt.
+    """Returns the next response, and whether the connection can be reused. `incoming` is new, or holds the data received before an
+    interrupt.
 
-    Raises `OSError` if none arrives, `http.client.HTTPException` if it is malformed.
+    Raises `OSError` if no response arrives, and `http.client.HTTPException` if it is malformed.
     """
     incoming = incoming or Incoming()
     incoming.wire = wire
@@ -38,7 +39,7 @@ def read(wire: socket.socket, incoming: Incoming | None = None) -> tuple[Answer,
 
 
 class Incoming:
-    """Bytes received from a socket, piece by piece. `keeps`: retains all of them, to be read `again`."""
+    """Bytes received from a socket, read incrementally. With `keeps` it retains all of them, so that `again` can reread them."""
 
     def __init__(self, keeps: bool = False) -> None:
         self.wire: socket.socket
@@ -47,7 +48,7 @@ class Incoming:
         self._began = False
 
     def again(self) -> Self:
-        """Returns the same data from the beginning, after an interrupted read."""
+        """Returns the same data from the beginning, for use after an interrupted read."""
         self._came = b"".join(self._all or ())
         return self
 
@@ -57,7 +58,7 @@ class Incoming:
         return not self._came
 
     def until(self, mark: bytes) -> bytes:
-        """Returns all data before a mark; consumes the mark too."""
+        """Returns all data before a delimiter, and consumes the delimiter too."""
         while (end := self._came.find(mark)) < 0:
             if len(self._came) > _ROOM:
                 raise http.client.LineTooLong("head")
@@ -86,7 +87,7 @@ class Incoming:
             self._all.append(part)
 
     def rest(self) -> bytes:
-        """Reads all data to the end."""
+        """Reads all data until the end."""
         while self._more():
             pass
         taken, self._came = self._came, b""
@@ -101,7 +102,7 @@ class Incoming:
 
 
 def _head(text: bytes) -> tuple[bytes, int, dict[bytes, bytes]]:
-    """Returns version, status, and the headers by their lower-case names."""
+    """Returns the version, the status, and the headers by their lower-case names."""
     first, *lines = text.split(b"\r\n")
     version, _, told = first.partition(b" ")
     if version not in (b"HTTP/1.1", b"HTTP/1.0") or not (told[:3].isdigit() and told[3:4] in (b"", b" ")):
@@ -111,7 +112,7 @@ def _head(text: bytes) -> tuple[bytes, int, dict[bytes, bytes]]:
 
 
 def _body(incoming: Incoming, status: int, headers: dict[bytes, bytes]) -> tuple[bytes, bool]:
-    """Returns the body, and whether it extended to the end of the connection."""
+    """Returns the body, and whether the end of the connection terminated it."""
     if status in (204, 304):
         return b"", False
     if headers.get(b"transfer-encoding", b"").lower() == b"chunked":
@@ -125,7 +126,7 @@ def _body(incoming: Incoming, status: int, headers: dict[bytes, bytes]) -> tuple
 
 
 def _chunks(incoming: Incoming) -> list[bytes]:
-    """Returns the parts of a chunked body."""
+    """Returns the chunks of a chunked body."""
     parts: list[bytes] = []
     while True:
         size = incoming.until(b"\r\n").partition(b";")[0].strip()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A remote real-time system: converts each call of the package into a request to its control interface."""
+"""A remote real-time system: converts each package call into a request to its control interface."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from .ends import Ends
 from .session import Session
 
 SLICE_MS = 100
-"""Duration of one request of a wait: after an interrupt the system keeps waiting for that long."""
+"""Duration of one request of a wait, ms. After an interrupt, the system may keep waiting for up to that time."""
 
 
 class Remote(RealTimeSystem):
-    """Calls of the real-time system that a session reaches."""
+    """Real-time system that is reached through a session."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
@@ -71,8 +71,8 @@ class Remote(RealTimeSystem):
                 raise
 
     def _left(self, kind: str, name: str) -> dict[str, Any] | None:
-        """Returns the object left by a program that used the system as its own: it cannot be deleted, and the next program may make it
-        again."""
+        """Returns an object left over from a program that used the system as its own. It could not be deleted, and the next program may
+        create it again."""
         return self.configuration()[kind].get(name) if self.session.whole else None
 
     def physical_device(self, processor: str, name: str, kind: str, source: str, options: Any = None, place: Any = None) -> Any:
@@ -117,7 +117,7 @@ class Remote(RealTimeSystem):
 
 
 def _with_slice(name: str, arguments_json: str, slice_ms: int) -> str:
-    """Returns the arguments of a long call, with the maximum duration of one of its requests."""
+    """Returns the arguments of a blocking call, including the maximum duration of one of its requests."""
     if name not in LASTING:
         return arguments_json
     rest = (arguments_json or "{}").strip().removeprefix("{")

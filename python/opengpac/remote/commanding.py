@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Command of a remote system: requests for it, and answers to requests."""
+"""Command of a remote system: sends requests for it, and answers those of others."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from ..errors import CallError, ConnectionLost, NotCommanding, OutOfRange, refus
 from ..values.quantities import Quantity, duration_ns, duration_text
 
 LOOK_S = 0.1
-"""Polling interval for the answer to a request for command."""
+"""Polling interval for the answer to a request for command, s."""
 
 Ask = Callable[[str, str, Any], Any]
-"""A request of the session: method, path, body."""
+"""Function that sends a request of the session, given method, path and body."""
 
 
 @dataclass(frozen=True)
 class CommandRequest:
-    """A session that requests command: `name`, its caller `who`, its `person`, its `reason`, and the remaining waiting time in seconds."""
+    """A session that requests command: its `name`, its caller `who`, its `person`, its `reason`, and the remaining waiting time in
+    seconds."""
 
     number: int
     name: str
@@ -38,7 +39,7 @@ class CommandRequest:
 
 @dataclass(frozen=True)
 class Commanding:
-    """Holder of command: the session `holder`, its caller `who`, its `person`; and the pending `requests`, oldest first."""
+    """Holder of command: the session `holder`, its caller `who`, its `person`, and the pending `requests`, oldest first."""
 
     holder: str | None
     who: str | None
@@ -51,14 +52,14 @@ class Commanding:
 
 
 def commanding(told: Mapping[str, Any]) -> Commanding:
-    """Returns the system's report on command as an object."""
+    """Converts the system's report on the holder of command to an object."""
     fields = ("number", "name", "who", "person", "reason")
     asks = tuple(CommandRequest(**{field: one[field] for field in fields}, left_s=one["left_ms"] / 1e3) for one in told["requests"])
     return Commanding(told["holder"], told["who"], told["person"], asks)
 
 
 def asked_for(ask: Ask, name: str, reason: str, timeout: Quantity) -> None:
-    """Requests command as the session `name`, and waits until it is granted. Raises `NotCommanding` if it is not."""
+    """Requests command as the session `name`, and waits until it is granted. Raises `NotCommanding` if it is declined."""
     wait_ns = duration_ns(timeout, "timeout")
     if not 1e9 <= wait_ns <= 600e9:
         refuse(OutOfRange, f"the timeout of a request for command must be from 1 s to 10 min, not {timeout!r}", "pass '30 s', for example")
@@ -79,7 +80,7 @@ def asked_for(ask: Ask, name: str, reason: str, timeout: Quantity) -> None:
 
 
 def _settled(told: Mapping[str, Any], number: int, name: str, wait_ns: int) -> bool:
-    """Returns whether the request of that number was granted. Raises if it ended otherwise."""
+    """Returns whether the request with that number was granted. Raises an exception if it ended otherwise."""
     if told["holder"] == name:
         return True
     ended = [one for one in told["settled"] if one["number"] == number]
@@ -106,7 +107,7 @@ def _settled(told: Mapping[str, Any], number: int, name: str, wait_ns: int) -> b
 
 
 def _withdraw(ask: Ask, name: str) -> None:
-    """Withdraws the request, and releases command if it was granted meanwhile, since no caller waits for it."""
+    """Withdraws the request, and releases command if it was granted in the meantime, because no caller waits for it any longer."""
     with contextlib.suppress(ConnectionLost):
         try:
             ask("DELETE", "/v1/command/request", {"reason": f"session '{name}' is no longer waiting"})
@@ -116,7 +117,7 @@ def _withdraw(ask: Ask, name: str) -> None:
 
 
 def name_of(session: object) -> str:
-    """Returns the name of a session, from a request or from the name itself."""
+    """Returns the name of a session, given its request for command or the name itself."""
     if isinstance(session, CommandRequest):
         return session.name
     if not isinstance(session, str):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`gpac.connect`: returns a remote system as the same object as an embedded one."""
+"""Implements `gpac.connect`: returns a remote system as an object of the same class as an embedded one."""
 
 from __future__ import annotations
 
@@ -31,18 +31,19 @@ def connect(
 ) -> System:
     """Connects to the real-time system at a URL; returns the same `System` as an embedded one.
 
-    `url`: `unix:///path.sock`, `http://127.0.0.1:PORT` or `https://HOST:PORT`, as printed by `opengpac rts`. `name` is that of the
-    session: reconnecting with it takes over what a lost session left (`cell.session.returned`, `cell.instance(name)`,
-    `cell.kept_reports()`). `token` is required on a port (default `OPENGPAC_TOKEN`), `ca` is a file of trusted certificates,
-    `certificate` one with the client's own and its key. `command=False` only watches; `command=True` is refused with `NotCommanding`
-    while another session commands: then `cell.session.request_command` requests it. `person` is shown to others with the session's
-    name, for example "Anna Maier". A session without a heartbeat for `lost_after` (1 s to 60 s) is lost.
+    `url` is `unix:///path.sock`, `http://127.0.0.1:PORT` or `https://HOST:PORT`, as printed by `opengpac rts`. `name` is the
+    session's name: reconnecting with it takes over the verbs and reports that a lost session left behind (`cell.session.returned`,
+    `cell.instance(name)`, `cell.kept_reports()`). `token` is required on a port (default `OPENGPAC_TOKEN`), `ca` is a file of trusted
+    certificates, `certificate` a file with the client's certificate and key. With `command=False` the session only watches;
+    `command=True` is refused with `NotCommanding` while another session has command; `cell.session.request_command` then requests it.
+    `person` is shown to others with the session's name, for example "Anna Maier". A session without a heartbeat for `lost_after` (1 s
+    to 60 s) is lost.
 
-    `processors`, `sources` and `physical_devices` are the existing ones. Leaving `with`, or `close`, ends the session, and running
-    verbs continue; leaving `with` by an exception, or exiting without `close`, counts as being cut off: each verb started by this
-    session follows its `if_cut_off`. If the system no longer answers, every call raises `ConnectionLost`.
+    `processors`, `sources` and `physical_devices` contain the existing ones. Leaving the `with` block, or `close`, ends the session,
+    and running verbs continue; leaving the block by an exception, or exiting without `close`, counts as being cut off: each verb
+    started by this session follows its `if_cut_off`. If the system no longer answers, every call raises `ConnectionLost`.
 
-    `progress` is that of `gpac.System`. In a program checked by `opengpac check` the result is an empty embedded system.
+    `progress` is as in `gpac.System`. In a program checked by `opengpac check` the result is an empty embedded system.
     """
     if checking.active():
         address(url)

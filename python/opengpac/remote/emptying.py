@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Leaves a remote system like an embedded one: nothing runs, nothing is enabled, and the program's objects are deleted."""
+"""Empties a remote system when its program leaves it, as if it were embedded: all verbs end, all devices are disabled, and the program's
+objects are deleted."""
 
 from __future__ import annotations
 
@@ -10,9 +11,9 @@ from ..system.realtime import RealTimeSystem
 
 
 def leave_empty(system: RealTimeSystem) -> None:
-    """Halts the actions, disables the devices, then deletes instances, devices and SVVs; keeps processors, sources and definitions.
+    """Halts the actions, disables the devices, then deletes instances, devices and SVVs. Processors, sources and definitions are kept.
 
-    Objects that cannot be deleted, because another session uses them, are kept too.
+    Objects that another session uses cannot be deleted, and are kept too.
     """
     actions = [i for i in system.statistics()["instances"] if i["owner"] is None]
     for action in actions:

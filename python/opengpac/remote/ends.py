@@ -12,9 +12,9 @@ from .stream import Stream
 
 
 class Ends:
-    """Follows the ends of instances by the stream, in a separate thread, starting with the first check.
+    """Follows the ends of instances on the event stream, in a separate thread that is started by the first check.
 
-    The end of the stream makes the descriptor readable too: a waiting call then requests the state, and gets `ConnectionLost`.
+    The end of the stream makes the descriptor readable too: a waiting call then requests the state, and raises `ConnectionLost`.
     """
 
     def __init__(self, session: Session) -> None:
@@ -34,7 +34,7 @@ class Ends:
             os.eventfd_write(self.fd, 1)
 
     def close(self) -> None:
-        """Ends the thread, and frees the descriptor."""
+        """Stops the thread and closes the descriptor."""
         self._stream.shut()
         self._thread.join()
         self._stream.close()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files for a remote system: code modules, and the models of simulated machines with their references."""
+"""Files for a remote system: code modules, and the models of simulated machines with the files to which they refer."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from ..storage.files import XML_DEPTH_MAX, XML_ERRORS, is_source, is_too_deep
 from .session import Session
 
 TARGET = f"{platform.machine()}-{sys.platform}"
-"""Machine type of shared objects built here."""
+"""Platform for which shared objects are built here."""
 
 
 def put_module(session: Session, path: str, name: str | None) -> dict[str, Any]:
-    """Downloads a code module to the system, and returns its answer.
+    """Downloads a code module to the system, and returns the system's answer.
 
-    Source is compiled here if the remote machine is of the same type, so that its includes are found and errors refer to your file;
-    otherwise it is sent unchanged, and compiled there. A network has no includes, and is translated there.
+    Source code is compiled here if the remote machine has the same platform, so that its includes are found and errors refer to the
+    user's file; otherwise it is sent unchanged, and compiled there. An ONNX network has no includes, and is translated there.
     """
     file = Path(path)
     if not file.is_file():
@@ -55,14 +55,14 @@ def _put(session: Session, module: str, file: Path) -> dict[str, Any]:
 
 @functools.cache
 def _abi() -> int:
-    """Returns the version of the block interface in modules built here."""
+    """Returns the version of the block interface that modules built here use."""
     found = re.search(r"#define OPENGPAC_ABI (\d+)", _native.header_text())
     assert found is not None, "the header says its version"
     return int(found[1])
 
 
 def carried(session: Session, kind: str, options: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the options of a driver for the remote system: uploads files, and removes options specific to this machine."""
+    """Returns the options of a driver for the remote system: uploads files, and removes options that apply only to this machine."""
     if kind == "plant_process":
         return _carried_process(session, options)
     if kind != "mujoco":
@@ -93,7 +93,7 @@ def _put_file(session: Session, content: bytes) -> None:
 
 
 def model_files(main: Path) -> dict[str, bytes]:
-    """Returns an MJCF file and all files to which it refers, renamed to be in one folder: the main file first.
+    """Returns an MJCF file and all files to which it refers, the main file first, renamed so that they can be stored in one folder.
 
     A model without references is unchanged, byte for byte. Raises `DeviceFailed` for a file that does not exist or is not XML.
     """
@@ -108,7 +108,7 @@ def model_files(main: Path) -> dict[str, bytes]:
 
 
 def _folders(root: ElementTree.Element) -> dict[str, str]:
-    """Returns the folders of meshes and textures, as declared for the model's compiler."""
+    """Returns the folders of meshes and textures that the model's `compiler` element declares."""
     found: dict[str, str] = {}
     for compiler in root.iter("compiler"):
         both = compiler.attrib.pop("assetdir", "")
@@ -118,7 +118,7 @@ def _folders(root: ElementTree.Element) -> dict[str, str]:
 
 
 _REFERENCES = ("file", "fileright", "fileleft", "fileup", "filedown", "filefront", "fileback")
-"""Attributes that name a file; a texture may have six."""
+"""Attributes that name a file; a cube texture may have six of them."""
 
 
 def _collect(root: ElementTree.Element, folder: Path, top: Path, folders: Mapping[str, str], files: dict[str, bytes]) -> None:

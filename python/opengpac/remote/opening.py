@@ -20,11 +20,12 @@ from .transport import Transport
 File = str | os.PathLike[str]
 
 _opened: dict[tuple[str, str], Session] = {}
-"""Sessions of this process, by URL and name: it may take over a lost one of its own, even if the system considers it alive."""
+"""Sessions of this process, by URL and name. The process may take over its own lost session, even if the system still considers it
+alive."""
 
 
 def instead(url: str, name: str, virtual: bool, interconnect: str | Mapping[str, Any]) -> Session:
-    """Returns the session of a program that makes a system of its own, if `OPENGPAC_SYSTEM` redirects it to a daemon."""
+    """Returns the session of a program that creates its own system, if `OPENGPAC_SYSTEM` redirects it to a daemon."""
     if interconnect != "memory":
         refuse(
             CallError,
@@ -56,7 +57,7 @@ def open_session(
     lost_after: Quantity = "5 s",
     person: str | None = None,
 ) -> Session:
-    """Opens a session with the system at a URL, in command if requested, as described in `connect`."""
+    """Opens a session with the system at a URL, with command if requested, as described in `connect`."""
     to = address(url)
     named = re.sub(r"[^A-Za-z0-9._-]", "-", f"{Path(sys.argv[0]).stem or 'python'}-{os.getpid()}") if name is None else name
     if not isinstance(named, str):
@@ -83,7 +84,7 @@ def open_session(
 
 
 def _tls(to: Address, ca: File | None, certificate: File | None) -> ssl.SSLContext | None:
-    """Returns the trusted certificates and the client's own, for an address with TLS."""
+    """Returns the TLS context with the trusted certificates and the client's own; None for an address without TLS."""
     if not to.secure:
         if ca is not None or certificate is not None:
             refuse(

@@ -24,23 +24,23 @@ from .transport import Transport, readable, spoken
 _logger = logging.getLogger("opengpac")
 
 INTERFACE = 1
-"""Version of the control interface of this package."""
+"""Version of the control interface that this package uses."""
 
 ANSWER_S = 5.0
-"""Time limit for the answer to a heartbeat."""
+"""Time limit for the answer to a heartbeat, s."""
 
 AGAIN_S = 10.0
-"""Duration of retries for requests that a busy system refuses."""
+"""Maximum time for which requests are retried while the system is too busy, s."""
 
 _RESULT = b'{"result":'
-"""Beginning of an answer that contains only a result."""
+"""Prefix of an answer that contains only a result."""
 
 
 class Session:
-    """A session, `cell.session`: `name`, `role`, whether it `returned`, and the holder of command.
+    """A session, `cell.session`: its `name`, its `role`, whether it `returned`, and the holder of command.
 
-    A thread sends a heartbeat every second, so that Python may be busy; if it gets no answer, every call raises `ConnectionLost`,
-    including those in progress. The system detects immediately when this process ends.
+    A thread sends a heartbeat every second, so that Python may be busy; if it receives no answer, every call raises `ConnectionLost`,
+    including those in progress. The system detects immediately when this process exits.
     """
 
     def __init__(self, transport: Transport, name: str, lost_after_ns: int, take_up: bool, person: str | None = None) -> None:
@@ -58,10 +58,10 @@ class Session:
         self.name: str = opened["name"]
         self.role: str = opened["role"]
         self.returned: bool = opened["returned"]
-        """True if a session of this name was lost, and this one takes over what it left."""
+        """True if a session of this name was lost, so that this session has taken over its verbs and reports."""
         self.commands = False
         self.whole = False
-        """True if the program uses the system as its own, like an embedded one: it leaves it empty."""
+        """True if the program uses the system as its own, like an embedded system, and leaves it empty."""
         self._closing: list[Callable[[], None]] = []
         self._id = opened["session"]
         self._every_s: float = opened["heartbeat_ms"] / 1e3
@@ -73,14 +73,14 @@ class Session:
     # ---- command ----
 
     def take_command(self, *, force: bool = False) -> None:
-        """Takes command; raises `NotCommanding`, which names the holder. `force` takes it from the holder, with the role `configure` or
-        above."""
+        """Takes command. Raises `NotCommanding`, which names the holder, if another session has it. `force` takes it from the holder;
+        this requires the role `configure` or above."""
         with refusals:
             self.request("POST", "/v1/command", {"force": True} if force else {})
         self.commands = True
 
     def request_command(self, reason: str = "", *, timeout: Quantity = "60 s") -> None:
-        """Requests command and waits until this session has it; returns immediately if no session commands.
+        """Requests command and waits until this session has it; returns immediately if no session has command.
 
         The holder reads the `reason` (one line, at most 200 characters) and hands over or declines. `NotCommanding` states who
         declined and why, or that no answer arrived within `timeout` (1 s to 10 min). Ctrl-C withdraws the request.
@@ -90,7 +90,7 @@ class Session:
 
     @property
     def command(self) -> Commanding:
-        """Holder of command, and requests for it: `session.command.requests`."""
+        """Holder of command, and requests for command: `session.command.requests`."""
         with refusals:
             told = commanding(self.request("GET", "/v1/command"))
         # Command may have been handed to this session, or taken from it.
@@ -98,7 +98,7 @@ class Session:
         return told
 
     def hand_over(self, to: CommandRequest | str) -> None:
-        """Hands command over to a session that requests it, or to another one by its name, `to`; this session then only watches."""
+        """Hands command over to a session that requests it, or to the session named `to`; this session then only watches."""
         with refusals:
             self.request("POST", "/v1/command/hand_over", {"to": name_of(to)})
         self.commands = False
@@ -109,7 +109,7 @@ class Session:
             self.request("POST", "/v1/command/decline", {"name": name_of(request), "reason": reason})
 
     def release_command(self) -> None:
-        """Releases command, to the first session that requests it if there is one; this session then only watches."""
+        """Releases command: the session that has requested it for longest receives it, if any; this session then only watches."""
         with refusals:
             self.request("DELETE", "/v1/command")
         self.commands = False
@@ -122,7 +122,7 @@ class Session:
 
     @property
     def sessions(self) -> list[dict[str, Any]]:
-        """Returns all sessions: name, role, origin, whether they command and are alive, and the number of reports kept for them."""
+        """Returns all sessions: name, role, origin, whether they have command and are alive, and the number of reports kept for them."""
         with refusals:
             return self.request("GET", "/v1/sessions")
 
@@ -145,7 +145,7 @@ class Session:
     # ---- requests ----
 
     def request(self, method: str, path: str, body: Any = None, *, timeout_s: float | None = None) -> Any:
-        """Makes one request with a JSON body, and returns its result. Refusals are raised as `_native.Refused`."""
+        """Sends a request with a JSON body, and returns its result. Refusals are raised as `_native.Refused`."""
         return self.answer(method, path, b"" if body is None else json.dumps(body).encode(), timeout_s=timeout_s)["result"]
 
     def answer(
@@ -157,11 +157,12 @@ class Session:
         timeout_s: float | None = None,
         late: Callable[[Answer], None] | None = None,
     ) -> dict[str, Any]:
-        """Makes one request, and returns its whole answer. `late` receives the answer to an interrupted request: `Transport.request`."""
+        """Sends a request, and returns the complete answer. `late` receives the answer to an interrupted request, as in
+        `Transport.request`."""
         return _told(self._answered(method, path, body, timeout_s, late))
 
     def result_text(self, method: str, path: str, body: bytes, late: Callable[[Answer], None]) -> str | dict[str, Any]:
-        """Makes one request, and returns the text of its result, or the whole answer if that states how to continue."""
+        """Sends a request, and returns the text of its result, or the complete answer if it states how to continue."""
         answer = self._answered(method, path, body, None, late)
         if answer.status == 200 and answer.body.startswith(_RESULT) and answer.body.endswith(b"}"):
             # The reader of the text checks that it is valid JSON.
@@ -170,7 +171,7 @@ class Session:
         return told if told.get("waiting") else json.dumps(told["result"])
 
     def _answered(self, method: str, path: str, body: bytes, timeout_s: float | None, late: Callable[[Answer], None] | None) -> Answer:
-        """Returns the answer to a request. Retries it while the system is too busy: then it was not executed."""
+        """Returns the answer to a request. If the system is too busy, it has not executed the request, so the request is retried."""
         until = time.monotonic() + AGAIN_S
         while True:
             answer = self.transport.request(method, path, body, more=self.headers, timeout_s=timeout_s, late=late)
@@ -186,11 +187,11 @@ class Session:
     # ---- the end ----
 
     def close(self) -> None:
-        """Ends the session in order: verbs that it started continue."""
+        """Ends the session properly: verbs that it started continue to run."""
         self._end(in_order=True)
 
     def abandon(self) -> None:
-        """Drops the connection silently, as if this process had died: verbs that it started follow their policies."""
+        """Drops the connection silently, as if this process had died; verbs that the session started follow their policies."""
         self._end(in_order=False)
 
     def at_end(self, close: Callable[[], None]) -> None:
@@ -215,7 +216,7 @@ class Session:
     # ---- the heartbeat ----
 
     def _live(self) -> None:
-        """Sends heartbeats and holds a request on its thread, which the system answers only at the end of the session."""
+        """Sends heartbeats. On the same thread, holds a request open that the system answers only at the end of the session."""
         hold: http.client.HTTPConnection | None = None
         try:
             hold = self.transport.hold("/v1/hold", self.headers)
@@ -240,7 +241,7 @@ class Session:
             os.close(self._wake)
 
     def _why_ended(self) -> str:
-        """Returns the reason for the system's answer to the held request: this caller is no longer admitted, or the session has ended."""
+        """Returns the reason why the system answered the held request: this caller is no longer admitted, or the session has ended."""
         with contextlib.suppress(ConnectionLost):
             try:
                 self.request("POST", "/v1/heartbeat", {}, timeout_s=ANSWER_S)
@@ -267,7 +268,7 @@ def _told(answer: Answer) -> dict[str, Any]:
 
 
 def _version(transport: Transport) -> dict[str, Any]:
-    """Requests the versions of the server; refuses incompatible ones."""
+    """Requests the server's versions; refuses incompatible ones."""
     transport.remedy = "check that the system is running there; opengpac rts starts one and prints its address"
     with refusals:
         there = _told(transport.request("GET", "/v1/version", timeout_s=ANSWER_S))

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Stream of a control interface: the client side of a WebSocket (RFC 6455) whose frames are JSON texts.
+"""Event stream of a control interface: the client side of a WebSocket (RFC 6455) whose frames are JSON texts.
 
-Messages from the client are short and never fragmented; a server's frames are not masked. Large frames and fragments are assembled.
+Messages from the client are short and never fragmented; a server's frames are not masked. Large frames and fragments are reassembled.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _CONTINUED, _TEXT, _CLOSE, _PING, _PONG = 0x0, 0x1, 0x8, 0x9, 0xA
 
 
 class Stream:
-    """An open stream. One thread reads it; `shut` in another interrupts the read with `ConnectionLost`."""
+    """An open stream. One thread reads it; `shut`, called from another thread, interrupts the read with `ConnectionLost`."""
 
     def __init__(self, transport: Transport, more: Mapping[str, str]) -> None:
         key = base64.b64encode(os.urandom(16))
@@ -46,7 +46,7 @@ class Stream:
         self._send(_TEXT, json.dumps(message).encode())
 
     def receive(self) -> Any:
-        """Returns the next message; answers pings meanwhile. Raises `ConnectionLost` at the end of the stream."""
+        """Returns the next message, answering pings in the meantime. Raises `ConnectionLost` at the end of the stream."""
         whole = b""
         while True:
             first, length = self._exactly(2)
@@ -69,7 +69,7 @@ class Stream:
                     return json.loads(whole)
 
     def shut(self) -> None:
-        """Ends the stream for the reading thread."""
+        """Ends the stream, so that the reading thread stops."""
         try:
             self._socket().shutdown(socket.SHUT_RDWR)
         except OSError:
@@ -77,7 +77,7 @@ class Stream:
             return
 
     def close(self) -> None:
-        """Frees the connection."""
+        """Closes the connection."""
         self._answer.close()
         self._transport.release(self._connection)
 
@@ -94,7 +94,7 @@ class Stream:
         return got
 
     def _send(self, kind: int, text: bytes) -> None:
-        """Sends one frame, masked as required of clients."""
+        """Sends one masked frame, as required of clients."""
         mask = os.urandom(4)
         size = bytes([0x80 | len(text)]) if len(text) < 126 else b"\xfe" + struct.pack(">H", len(text))
         masked = bytes(byte ^ mask[k % 4] for k, byte in enumerate(text))

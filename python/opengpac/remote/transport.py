@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Requests to a control interface over HTTP: on a Unix socket, a port, or a port with TLS.
+"""Requests to a control interface over HTTP, through a Unix socket or a TCP port, with or without TLS.
 
 Connections are kept and reused, each by one thread at a time, so that a call costs one round trip. A request is sent once and never
-repeated: without an answer the client cannot know whether the call was executed, and a motion must not begin twice.
+repeated: without an answer, the client cannot know whether the call was executed, and a motion must not start twice.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from .address import Address
 from .answers import Answer, Incoming
 
 CONNECT_S = 5.0
-"""Time limit for the server to accept a connection."""
+"""Time limit for the server to accept a connection, s."""
 
 LATE_S = 2.0
-"""Time limit for the answer to an interrupted request."""
+"""Time limit for the answer to an interrupted request, s."""
 
 _NOTHING: Mapping[str, str] = {}
 
 
 class _OverSocket(http.client.HTTPConnection):
-    """A connection over a Unix socket."""
+    """An HTTP connection over a Unix socket."""
 
     def __init__(self, path: str) -> None:
         super().__init__("localhost", timeout=CONNECT_S)
@@ -54,7 +54,7 @@ class Transport:
         if token is not None and not (token.isascii() and token.isprintable()):
             refuse(CallError, "the token contains invalid characters", "pass it exactly as opengpac token new printed it")
         self.token = token
-        """Token for authentication, if any."""
+        """Token for authentication; None if there is none."""
         self._headers = {"Authorization": f"Bearer {token}"} if token is not None else {}
         self._lock = threading.Lock()
         self._idle: list[http.client.HTTPConnection] = []
@@ -62,9 +62,9 @@ class Transport:
         self._held: set[http.client.HTTPConnection] = set()
         self._cut = ""
         self.reached = False
-        """True if the address has answered."""
+        """True if the server at the address has answered before."""
         self.remedy = ""
-        """Remedy for a lost connection; appended to every error."""
+        """Remedy for a lost connection, included in every error."""
 
     def request(
         self,
@@ -76,10 +76,11 @@ class Transport:
         timeout_s: float | None = None,
         late: Callable[[Answer], None] | None = None,
     ) -> Answer:
-        """Makes one request, and returns its answer. `timeout_s`: time limit for the answer; by default the life of the connection.
+        """Sends a request, and returns its answer. `timeout_s` is the time limit for the answer; by default there is none while the
+        connection lasts.
 
-        Raises `ConnectionLost` if no answer arrives; an interrupt, Ctrl-C, ends it immediately. With `late` the interrupt first waits
-        for the answer, which arrives soon, and passes it to `late`: it identifies what the request has begun.
+        Raises `ConnectionLost` if no answer arrives. An interrupt, Ctrl-C, ends the wait immediately. With `late`, the interrupt
+        first waits for the answer, which arrives soon, and passes it to `late`: it identifies what the request has started.
         """
         headers = {**self._headers, "Content-Type": "application/json", "Content-Length": str(len(body)), **more}
         text = self._text(method, path, headers) + body
@@ -113,7 +114,7 @@ class Transport:
         return answers.read(wire, incoming)
 
     def hold(self, path: str, more: Mapping[str, str]) -> http.client.HTTPConnection:
-        """Makes a request on a separate connection; the caller waits for its answer, and returns it to `release`."""
+        """Sends a request on a separate connection; the caller waits for the answer, and passes the connection to `release`."""
         connection = self._new()
         try:
             wire = _opened(connection)
@@ -133,7 +134,7 @@ class Transport:
         connection.close()
 
     def cut(self, why: str) -> None:
-        """Ends every waiting request, and refuses further ones: the server no longer answers."""
+        """Ends every pending request, and refuses further ones, because the server no longer answers."""
         with self._lock:
             self._cut = self._cut or why
             waiting = [*self._busy, *self._held]
@@ -148,7 +149,7 @@ class Transport:
 
     @property
     def is_cut(self) -> bool:
-        """True if the server has not answered, or was given up."""
+        """True if the server has stopped answering and requests are refused."""
         return bool(self._cut)
 
     def close(self) -> None:
@@ -159,7 +160,7 @@ class Transport:
             connection.close()
 
     def _text(self, method: str, path: str, headers: Mapping[str, str]) -> bytes:
-        """Returns the head of a request."""
+        """Returns the text of a request's header."""
         lines = [f"{method} {path} HTTP/1.1", f"Host: {self._host}", *(f"{name}: {value}" for name, value in headers.items())]
         return "\r\n".join([*lines, "", ""]).encode("latin-1")
 
@@ -202,7 +203,7 @@ class Transport:
 
 
 def _opened(connection: http.client.HTTPConnection) -> socket.socket:
-    """Returns the socket of a connection, opening it if necessary."""
+    """Returns the socket of a connection; opens it if necessary."""
     if connection.sock is None:
         connection.connect()
     assert connection.sock is not None
@@ -210,7 +211,7 @@ def _opened(connection: http.client.HTTPConnection) -> socket.socket:
 
 
 def spoken(connection: http.client.HTTPConnection) -> bool:
-    """Returns whether the server has answered or closed a held request. Data of TLS itself do not count."""
+    """Returns whether the server has answered a held request or closed its connection. TLS protocol messages do not count."""
     assert connection.sock is not None
     connection.sock.setblocking(False)
     try:
@@ -223,12 +224,12 @@ def spoken(connection: http.client.HTTPConnection) -> bool:
 
 
 def _hung_up(connection: http.client.HTTPConnection) -> bool:
-    """Returns whether the server has closed an idle connection: readable data there can only be its end."""
+    """Returns whether the server has closed an idle connection: if the socket is readable, that can only be its end."""
     return connection.sock is not None and bool(readable(0.0, connection.sock))
 
 
 def readable(within_s: float, *descriptors: socket.socket | int) -> list[int]:
-    """Returns the descriptors that are readable within a time; their numbers may exceed the limit of `select.select`."""
+    """Returns the descriptors that become readable within a time. Their numbers may exceed the limit of `select.select`."""
     poll = select.poll()
     for descriptor in descriptors:
         poll.register(descriptor, select.POLLIN)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Ready-made arms: `arm = gpac.robots.load("ur5e")`, `arm.enable()`, `gpac.robots.move(arm, goal)`.
 
-Any MJCF or URDF file of an arm can be loaded, and by name the arms that `opengpac robots` lists; each actuated joint becomes a
-logical device.
+Loads any MJCF or URDF file of an arm, and the arms that `opengpac robots` lists by name; each actuated joint becomes a logical
+device.
 """
 
 from .arm import Arm, Payload

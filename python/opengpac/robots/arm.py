@@ -36,15 +36,15 @@ if TYPE_CHECKING:
 V = TypeVar("V")
 
 _SENSED = ("standstill", "moving", "stopping")
-"""States of a joint in which its verb reads its position."""
+"""States of a joint in which its verb reads the position."""
 
 TOUCHING_TOLD = 3
-"""Maximum number of pairs of bodies in a message."""
+"""Maximum number of pairs of bodies that a message lists."""
 
 
 @dataclass(frozen=True)
 class Payload:
-    """Load of an arm: its mass (kg, from 0) and its `centre` of mass in the flange's frame (m).
+    """Payload of an arm: its mass (kg, from 0) and its `centre` of mass in the flange's frame (m).
 
     Raises `OutOfRange` for an implausible mass or coordinate, `CallError` for a centre that is not three numbers.
     """
@@ -72,8 +72,9 @@ class Arm(Group[Joint]):
     """The joints of an arm, `arm.elbow`, and its tool: `arm.pose()` returns its pose, `arm.inverse(pose)` the joint positions for a
     pose.
 
-    Poses are in the frame of the model's world, or with `arm.base` in the frame in which it places the arm; they are those of the
-    flange (a site `tool` of the model), or of the frame that `arm.tool` defines in it. Both are read at each start of a verb.
+    Poses are in the frame of the model's world, or, with `arm.base`, in the frame in which it places the arm; they are poses of the
+    flange (a site `tool` of the model), or of the frame that `arm.tool` defines relative to it. Both are read at each start of a
+    verb.
     """
 
     def __init__(
@@ -89,27 +90,27 @@ class Arm(Group[Joint]):
         super().__init__(name, *joints)
         self._read = kinematics
         self.notes = notes
-        """Corrections to its file on loading, one sentence each."""
+        """Corrections made to the arm's file on loading, one sentence each."""
         self.groups = dict(groups)
-        """Groups of its SRDF file, each with the names of its joints in the file."""
+        """Groups of the arm's SRDF file, each with the names of its joints in the file."""
         self.states = {state: _of_joints(of, joints) for state, of in states.items()}
-        """States of its SRDF file: the positions of its joints, in their order, rad or m; a state may omit some."""
+        """States of the arm's SRDF file: positions of joints in the arm's order, rad or m; a state may omit some joints."""
         self.interfaces = _of_joints(interfaces, joints)
-        """Declarations of its joints in the `ros2_control` tags of its URDF file, by name."""
+        """Declarations of the arm's joints in the `ros2_control` tags of its URDF file, by name."""
         self._kinematics_of: Callable[[list[str]], Kinematics] | None = None
-        """Returns the geometry of some of its joints, by their names in the model."""
+        """Function that returns the geometry of some of the arm's joints, by their names in the model."""
         self._dynamics_of: Callable[[Kinematics], Dynamics] | None = None
-        """Reads the masses of the links of a geometry."""
+        """Function that reads the masses of the links of a geometry."""
         self._scene: Path | None = None
-        """Simulated MJCF model, including the arm's surroundings, or None for a real arm."""
+        """Simulated MJCF model, including the arm's surroundings; None for a real arm."""
         self._payload = Payload(0.0)
         self._carrying: VerbInstance[Any] | None = None
 
     def part(self, group: str | Sequence[str]) -> Arm:
-        """Returns some of its joints as an arm: those of a `group` of its SRDF file, or those of these names, in the arm's order.
+        """Returns some of the joints as an arm: those of a `group` of its SRDF file, or those with these names, in the arm's order.
 
-        A motion takes at most 16 joints: a robot with more moves in parts, `robot.part("left_arm")`, each with a pose and lines of
-        its own. The pose is refused if a joint outside the part moves the tool. Raises `UnknownName` for a group or joint that does
+        A motion can move at most 16 joints, so a robot with more is moved in parts, `robot.part("left_arm")`, each with its own pose
+        and lines. The pose is refused if a joint outside the part moves the tool. Raises `UnknownName` for a group or joint that does
         not exist.
         """
         if isinstance(group, str) and group not in self.groups:
@@ -132,13 +133,13 @@ class Arm(Group[Joint]):
         return part
 
     def _offer(self) -> None:
-        """Offers motions of its tool to pages of the system, present and future."""
+        """Offers motions of the arm's tool in the studio of its system, whether the studio is served now or later."""
         self.system._arms[self.name] = self
         offered_motions.offer_for(self)
 
     def touching(self) -> list[tuple[str, str]]:
-        """Returns pairs of bodies in contact at the present position of a simulated arm but not at its home, by their names in the
-        model; for other arms none.
+        """Returns pairs of bodies, by their names in the model, that are in contact at the current position of a simulated arm but not
+        at its home; empty for other arms.
 
         Freely moving bodies are excluded. Not on the real-time path: it loads the model.
         """
@@ -151,7 +152,7 @@ class Arm(Group[Joint]):
         return touching(self._scene, dict(zip(names, self.values(states), strict=True)))
 
     def _said_of_end(self, message: str) -> str:
-        """Returns the addition to the message of a motion's end: the bodies in contact, if a joint did not follow."""
+        """Returns an addition to the message of a motion's end: the bodies in contact, if a joint did not follow."""
         if "following_error" not in message:
             return ""
         # Report the end even if the file of the model no longer exists.
@@ -170,7 +171,7 @@ class Arm(Group[Joint]):
 
     @functools.cached_property
     def dynamics(self) -> Dynamics:
-        """The masses of its links, without its payload, read from its model on first use.
+        """Masses of the arm's links, without its payload, read from its model on first use.
 
         Raises `DefinitionError` for an arm whose model is unknown here.
         """
@@ -185,12 +186,13 @@ class Arm(Group[Joint]):
 
     @property
     def standing(self) -> dict[str, Any]:
-        """`chain` in the frame of the model's world, regardless of `base`: for weights, whose direction is defined there."""
+        """Value of `chain` in the frame of the model's world, regardless of `base`. Used for weights, because their direction is defined
+        in that frame."""
         return {**self.chain, "base": list(Pose())}
 
     @property
     def tool(self) -> Pose:
-        """Frame of the tool in the flange's; settable, also by seven numbers."""
+        """Frame of the tool relative to the flange. It can be set, also as seven numbers."""
         return self.kinematics.tool
 
     @tool.setter
@@ -200,7 +202,7 @@ class Arm(Group[Joint]):
 
     @property
     def base(self) -> Pose:
-        """Frame of the model's world in the frame of poses; settable, also by seven numbers."""
+        """Frame of the model's world relative to the frame of poses. It can be set, also as seven numbers."""
         return self.kinematics.base
 
     @base.setter
@@ -210,10 +212,10 @@ class Arm(Group[Joint]):
 
     @property
     def payload(self) -> Payload:
-        """Load of the arm, whose weight its joints hold while it is enabled; settable at any time, `Payload(0)` removes it.
+        """Payload of the arm, whose weight its joints hold while it is enabled. It can be set at any time; `Payload(0)` removes it.
 
-        It is only for loads unknown to the physical device: the holding effort reported by a MuJoCo arm or a drive already includes
-        the bodies of its model, including a tool.
+        Only for loads unknown to the physical device: the holding effort reported by a MuJoCo arm or a drive already includes the
+        bodies of its model, including a tool.
         """
         return self._payload
 
@@ -226,7 +228,7 @@ class Arm(Group[Joint]):
         self._payload = payload
 
     def enable(self, timeout: Quantity | None = "10 s") -> Self:
-        """Enables all joints, and holds the payload, if there is one; returns when all are ready. `timeout` is that of `Group.enable`."""
+        """Enables all joints, and holds the payload, if there is one; returns when all are ready. `timeout` is as in `Group.enable`."""
         super().enable(timeout)
         if self._payload.mass != 0 and not (self._carrying is not None and self._carrying.state == "running"):
             self._carry(self._payload)
@@ -251,14 +253,14 @@ class Arm(Group[Joint]):
         return MoveQueue(self, tolerance, outputs)
 
     def pose(self) -> Pose:
-        """Returns the present pose of the tool, from one consistent snapshot of the sensed joint positions.
+        """Returns the current pose of the tool, from one consistent snapshot of the sensed joint positions.
 
-        Raises `NotEnabled` if a joint is not enabled: then its position is not read, and it may have been moved.
+        Raises `NotEnabled` if a joint is not enabled, because its position is not read then and it may have been moved.
         """
         return self.forward(self._present("its pose"))
 
     def _present(self, what: str) -> Any:
-        """Returns the present joint positions; refused if a joint is not enabled, since its `sensed` value may be outdated."""
+        """Returns the current joint positions. Refuses if a joint is not enabled, because its `sensed` value may be outdated."""
         for joint in self:
             state = joint.state
             if state not in _SENSED:
@@ -282,13 +284,14 @@ class Arm(Group[Joint]):
         configuration: Configuration | str | None = None,
         attempts: int = 20,
     ) -> np.ndarray:
-        """Returns joint positions that bring the tool to `pose`, within the joints' ranges, nearest to `near` (by default the present)
-        if possible.
+        """Returns joint positions that bring the tool to `pose`, within the joints' ranges, as near as possible to `near` (by default
+        the current ones).
 
-        The present position requires enabled joints (`NotEnabled`).
+        The current positions require enabled joints (`NotEnabled`).
 
-        `configuration` selects one of several: `"+-+"` are the signs of shoulder, elbow and wrist (`arm.configuration()`), for arms
-        with closed forms. `Unreachable` states the distance to the nearest position found, and the joint whose range is in the way.
+        `configuration` selects one of several solutions: `"+-+"` are the signs of shoulder, elbow and wrist (`arm.configuration()`),
+        for arms with a closed-form solution. `Unreachable` gives the distance to the nearest position found, and the joint whose
+        range prevents the pose.
         """
         return self.kinematics.inverse(
             pose, self._present("an inverse near the present") if near is None else near,
@@ -297,28 +300,28 @@ class Arm(Group[Joint]):
         )  # fmt: skip
 
     def solutions(self, pose: Pose | Sequence[float]) -> list[np.ndarray]:
-        """Returns all joint positions within the ranges that bring the tool to `pose`, at most eight: one for each configuration.
+        """Returns all joint positions within the ranges that bring the tool to `pose`: one for each configuration, at most eight.
 
-        It requires an arm with closed forms (`configuration`); raises `DefinitionError` for others.
+        Requires an arm with a closed-form solution (`configuration`); raises `DefinitionError` for others.
         """
         return self.kinematics.solutions(pose, position_min=self.values("position_min"), position_max=self.values("position_max"))
 
     def configuration(self, q: Iterable[float] | None = None) -> Configuration:
-        """Returns the configuration of the joint positions `q`, by default the present ones: signs of shoulder, elbow and wrist, and
+        """Returns the configuration of the joint positions `q`, by default the current ones: signs of shoulder, elbow and wrist, and
         turns.
 
-        It requires six revolute joints, the second axis parallel to the third and perpendicular to the first, with a spherical wrist
-        or the axes of the arms of Universal Robots. Other arms, including those with seven joints, raise `DefinitionError`: use
-        `near=` for them.
+        Requires six revolute joints, the second axis parallel to the third and perpendicular to the first, with a spherical wrist or
+        the axes of Universal Robots arms. Other arms, including those with seven joints, raise `DefinitionError`: use `near=` for
+        them.
         """
         return self.kinematics.configuration(self._present("its configuration") if q is None else q)
 
     def jacobian(self, q: Iterable[float] | None = None) -> np.ndarray:
-        """Returns the geometric Jacobian, 6 x n, at the joint positions `q`, by default the present ones, which requires enabled joints."""
+        """Returns the geometric Jacobian, 6 x n, at the joint positions `q`, by default the current ones, which requires enabled joints."""
         return self.kinematics.jacobian(self._present("its Jacobian at present") if q is None else q)
 
 
 def _of_joints(of: Mapping[str, V], joints: Sequence[Joint]) -> dict[str, V]:
-    """Returns values of the joints of an arm, by their names in its file, in the order of the joints."""
+    """Reorders values given by the joints' names in the file: the result is in the order of the arm's joints."""
     names = (max((name for name in of if joint.name.endswith(f".{name}")), key=len, default=None) for joint in joints)
     return {name: of[name] for name in names if name is not None}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Loads an arm: a physical device, and a logical device for each of its joints."""
+"""Loads an arm as a physical device, and creates a logical device for each of its joints."""
 
 from __future__ import annotations
 
@@ -37,10 +37,10 @@ _logger = logging.getLogger("opengpac")
 _ARMS = Path(__file__).parent
 
 MOTION_JOINTS = 16
-"""Maximum number of joints of a motion."""
+"""Maximum number of joints that one motion moves."""
 
 TIP_SITE = "tcp"
-"""Site of a tool's file that marks its tip."""
+"""Site in a tool's file that marks its tip."""
 
 
 @taking
@@ -65,26 +65,27 @@ def load(
 ) -> Arm:
     """Loads an arm as a group of joints with its geometry, simulated by MuJoCo, at its keyframe `home` if it has one.
 
-    `path` is an MJCF or URDF file, or the name of an arm: `"ur5e"` is included in the package, the models of others (`"panda"`,
-    `"iiwa14"`, see `opengpac robots`) are in packages installed by `pip install 'opengpac[robots]'`; they have their home and tool.
-    Invalid contents of a URDF file (a missing mesh, a mass of zero, an empty range) are corrected, with a warning and in `arm.notes`;
-    with `strict` they are refused. An MJCF file without a motor is corrected likewise, as are links in contact at the arm's home:
-    they do not collide with each other. Corrections to the file of an arm loaded by name are in `arm.notes`, without a warning. A
-    URDF file's packages are searched for in `package_paths`, then in ROS's own locations, then in the folders above the file. `srdf`
-    is its SRDF file, by default the one next to it if there is exactly one (`False`: none), and `group` the group of it whose joints
-    form the arm: it begins at the SRDF state `home`, and `arm.states` contains all of them. With `self_collision` the links of a URDF
-    file collide with each other, except for neighbours and the pairs that the SRDF file excludes. `tool` is a tool file, attached to
-    its flange (`"two_finger"`: see `robots.gripper`), `scene` a file of its surroundings; the group contains only the arm's own
-    joints. If the tool's file has a site `tcp`, `arm.tool` is initially that point, so that poses refer to it. The maximum speeds are
-    those of the model: of velocity actuators in MJCF, of `limit velocity` in URDF; else 3.14 rad/s, and 0.25 m/s for sliding joints.
-    `on` is the timer that exchanges with it and runs the servos, by default the fastest of `rtp`. `arbitration` decides on a second
-    motion while one runs: `"refuse"` (`SecondWriter`), `"queue"` (it waits its turn) or `"abort"` (it takes over, smoothly). Without
-    `rtp` it makes a system of its own, with the arm's `name` and the clock `clock`. `apart` simulates it in a separate process
-    (`gpac.drivers.plant_process`), which a text names for later programs. `driver` commands a real arm instead of a simulated one,
-    `gpac.drivers.ur("192.0.2.10")`; `path` then defines its geometry and its limits; with a driver `"so101"` is an arm without
-    geometry, whose servos a `gpac.drivers.feetech(port)` finds by itself. `contacts` is the number of contacts that the simulation
-    reports (`gpac.drivers.mujoco`). An existing arm is returned if requested with equal arguments, otherwise `InUse` names the
-    difference. The physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
+    `path` is an MJCF or URDF file, or the name of an arm: `"ur5e"` is included in the package; the models of others (`"panda"`,
+    `"iiwa14"`, see `opengpac robots`) are in packages installed by `pip install 'opengpac[robots]'`. Arms loaded by name have their
+    home and tool. Invalid contents of a URDF file (a missing mesh, a mass of zero, an empty range) are corrected, with a warning and
+    in `arm.notes`; with `strict` they are refused. An MJCF file without a motor is corrected likewise, as are links in contact at the
+    arm's home: they do not collide with each other. Corrections to the file of an arm loaded by name are in `arm.notes`, without a
+    warning. A URDF file's packages are searched for in `package_paths`, then in ROS's own locations, then in the folders above the
+    file. `srdf` is its SRDF file, by default the one next to it if there is exactly one (`False`: none), and `group` is the group of
+    that file whose joints form the arm: it begins at the SRDF state `home`, and `arm.states` contains all states. With
+    `self_collision` the links of a URDF file collide with each other, except for neighbours and the pairs that the SRDF file
+    excludes. `tool` is a tool file, attached to its flange (`"two_finger"`: see `robots.gripper`), `scene` a file of its
+    surroundings; the group contains only the arm's own joints. If the tool's file has a site `tcp`, `arm.tool` is initially that
+    point, so that poses refer to it. The maximum speeds are those of the model: of velocity actuators in MJCF, of `limit velocity` in
+    URDF; otherwise 3.14 rad/s, or 0.25 m/s for prismatic joints. `on` is the timer that exchanges with it and runs the servos, by
+    default the fastest of `rtp`. `arbitration` decides what happens to a second motion while one runs: `"refuse"` (`SecondWriter`),
+    `"queue"` (it waits its turn) or `"abort"` (it takes over, smoothly). Without `rtp` it creates its own system, with the arm's
+    `name` and the clock `clock`. `apart` simulates it in a separate process (`gpac.drivers.plant_process`); a text names that process
+    for later programs. `driver`, for example `gpac.drivers.ur("192.0.2.10")`, drives a real arm instead of a simulated one; `path`
+    then defines its geometry and its limits; with a driver `"so101"` is an arm without geometry, whose servos
+    `gpac.drivers.feetech(port)` finds automatically. `contacts` is the number of contacts that the simulation reports
+    (`gpac.drivers.mujoco`). An existing arm is returned if requested with equal arguments, otherwise `InUse` names the difference.
+    The physical device is `system.physical_devices[NAME]`; the joints are `NAME.JOINT`.
     """
     packages = [Path(folder) for folder in package_paths]
     described = _Described(srdf if isinstance(srdf, bool) else Path(srdf).expanduser().absolute(), group, self_collision)
@@ -165,7 +166,7 @@ def _told_of(path: str | os.PathLike[str]) -> Generator[None]:
 
 
 NOTES_SHOWN = 5
-"""Maximum number of notes on a file that a warning lists in full."""
+"""Maximum number of corrections that a warning lists."""
 
 
 def _tell(notes: tuple[str, ...], strict: bool) -> None:
@@ -183,7 +184,8 @@ def _tell(notes: tuple[str, ...], strict: bool) -> None:
 
 
 def _made_before(system: System, name: str, asked: Mapping[str, Any]) -> Arm | None:
-    """Returns the arm of that name with all its joints, if it was requested with equal arguments. Raises `InUse` if it differs."""
+    """Returns the existing arm of that name with all its joints, if it was requested with equal arguments. Raises `InUse` if they
+    differ."""
     last: Arm | None = system._by_name.thing("arm", name)
     if last is not None and any(system.devices.get(joint.name) is not joint for joint in last):
         system._by_name.forget("arm", name)
@@ -213,7 +215,7 @@ def _model(
 
 @dataclass(frozen=True)
 class _Described:
-    """Options of an arm besides its URDF file."""
+    """Options that describe an arm in addition to its URDF file."""
 
     srdf: Path | bool
     group: str | None
@@ -223,44 +225,44 @@ class _Described:
 
     @property
     def is_asked(self) -> bool:
-        """True if any option was set, so that an arm without a URDF file is refused."""
+        """True if any option was set; an arm without a URDF file is then refused."""
         return isinstance(self.srdf, Path) or self.group is not None or self.self_collision
 
 
 @dataclass(frozen=True)
 class _Model:
-    """Simulated model: an arm's own file, or a text made from it."""
+    """Simulated model: the arm's own file, or a text generated from it."""
 
     arm: Path
     own: str | None
-    """The arm alone, if its file is not MJCF."""
+    """Text of the arm alone; None if its file is MJCF."""
     whole: str | None
-    """The arm with its tool and scene, if it has them."""
+    """Text of the arm with its tool and scene, if it has any."""
     own_joints: set[str]
     tip: bool
-    """True if the tool's file marks its tip."""
+    """True if the tool's file marks the tool tip."""
     speeds: Mapping[str, float]
     notes: tuple[str, ...]
     """Corrections to the arm's file."""
     held_back: frozenset[str]
-    """Joints with dry friction or with followers: the equations of their drives lack both."""
+    """Joints with dry friction or mimic joints, neither of which the equations of their drives include."""
     named: NamedArm | None
     converted: urdf.ConvertedArm | None
-    """Contents of its URDF and SRDF files, if any."""
+    """Contents of the URDF and SRDF files, if any."""
 
     @property
     def groups(self) -> Mapping[str, tuple[str, ...]]:
-        """Groups of its SRDF file."""
+        """Groups of the arm's SRDF file."""
         return self.converted.groups if self.converted else {}
 
     @property
     def states(self) -> Mapping[str, Mapping[str, float]]:
-        """States of its SRDF file."""
+        """States of the arm's SRDF file."""
         return self.converted.states if self.converted else {}
 
     @property
     def interfaces(self) -> Mapping[str, urdf.Interfaces]:
-        """Interfaces of its joints in `ros2_control`."""
+        """Interfaces of the arm's joints declared in `ros2_control`."""
         return self.converted.interfaces if self.converted else {}
 
     @property
@@ -315,7 +317,7 @@ class _Model:
         return cls(arm, own, whole, joints or joint_names(file), has_tip, speeds, notes, held_back, named, converted)
 
     def open(self, rtp: Processor, name: str, on: Source, apart: bool | str, contacts: int) -> PhysicalDevice:
-        """Opens the machine."""
+        """Opens the simulated machine."""
         driver = drivers.mujoco(self.simulated, contacts=contacts)
         if apart:
             driver = drivers.plant_process(driver, name=apart if isinstance(apart, str) else None)
@@ -327,11 +329,11 @@ class _Model:
         return _kept(self.whole or self.own, self.arm)
 
     def dynamics(self, kinematics: Kinematics) -> Dynamics:
-        """Returns the masses of a chain of its joints; the masses of the tool belong to the last joint."""
+        """Returns the dynamics of a chain of joints; the masses of the tool are added to the last joint."""
         return Dynamics.of_mjcf(self.simulated, kinematics.joints, kinematics=kinematics)
 
     def kinematics(self, joints: list[str]) -> Kinematics:
-        """Returns the geometry, with the tip of the tool."""
+        """Returns the geometry, including the tip of the tool."""
         found = Kinematics.of_mjcf(_kept(self.own, self.arm), joints)
         if self.tip:
             tip = Kinematics.of_mjcf(_kept(self.whole, self.arm), joints, site=TIP_SITE)
@@ -340,7 +342,7 @@ class _Model:
 
 
 def _settled(named: NamedArm, text: str | None) -> str:
-    """Returns the model of an arm known by name with its home and tool."""
+    """Returns the model of an arm loaded by name, with its home and tool."""
     try:
         if text is None:
             raise ValueError("MuJoCo cannot read it")
@@ -355,7 +357,7 @@ def _settled(named: NamedArm, text: str | None) -> str:
 
 
 def _kept(text: str | None, arm: Path) -> Path:
-    """Returns a file with that text, or the arm's own without a text. The file is kept for programs that draw the machine later."""
+    """Returns a file with that text, or, without a text, the arm's own file. The file is kept for programs that draw the machine later."""
     if text is None:
         return arm
     content = text.encode()
@@ -366,7 +368,8 @@ def _kept(text: str | None, arm: Path) -> Path:
 
 
 def _joint(arm: str, part: Part, source: Source, arbitration: str, speed: float | None, is_held_back: bool) -> Joint:
-    """Returns a joint as declared by its part, no faster than the model; with integral action if friction or followers hold it back."""
+    """Creates a joint as declared by its part, with the model's speed limit, and with integral action if friction or mimic joints hold
+    it back."""
     fastest = min(part.about.get("speed_max", drivers.UNLIMITED), speed or drivers.UNLIMITED)
     limits = {} if fastest >= drivers.UNLIMITED else {"max_speed": min(fastest, FASTEST)}
     if is_held_back and (gain := integral_gain(part)) > 0.0:

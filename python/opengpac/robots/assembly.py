@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Builds one model from several MJCF files: an arm, the tool at its flange, and its surroundings.
 
-MJCF can include a file, but not add to a body of an included one, so it cannot express a gripper attached to an arm. Here the parts
-of the second file are moved to their places: the tool's bodies to the body of the flange's site, everything else to the section of
-its name; the positions of the keyframes `home` are concatenated.
+MJCF can include a file, but cannot add to a body of an included one, so it cannot express a gripper attached to an arm. Therefore the
+parts of the second file are moved here: the tool's bodies to the body of the flange's site, everything else to the section of the
+same name. The positions of the keyframes `home` are concatenated.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ FLANGE_SITES = ("tool", "attachment_site")
 
 
 def assemble(arm: Path, tool: Path | None, scene: Path | None) -> str:
-    """Returns the text of the model of an arm with a tool and a scene. The tool's frame is that of the arm's site `tool`.
+    """Returns the text of the model of an arm with a tool and a scene. The tool is attached at the arm's site `tool`.
 
     Joints of the arm come first, then the tool's, then the scene's; the defaults of each file apply to its own elements. Raises
-    `DeviceFailed` for a file that is not MJCF, an arm without such a site, files with different units of angle, or a keyframe `home`
-    in only some of the files.
+    `DeviceFailed` for a file that is not MJCF, an arm without such a site, files with different angle units, or a keyframe `home` in
+    only some of the files.
     """
     whole = _read(arm)
     _keep_defaults(whole, f"{arm.stem} arm")
@@ -41,7 +41,7 @@ def assemble(arm: Path, tool: Path | None, scene: Path | None) -> str:
 
 
 def joint_names(file: Path) -> set[str]:
-    """Returns the names of a model's own joints that have one."""
+    """Returns the names of a model's own joints, excluding unnamed ones."""
     return {joint.attrib["name"] for joint in _read(file).iter("joint") if "name" in joint.attrib}
 
 
@@ -71,7 +71,7 @@ def _angle(root: ElementTree.Element) -> str:
 
 
 def _turned_to(unit: str, added: ElementTree.Element, file: Path) -> None:
-    """Accepts a file with another unit of angle if it contains no angle: no hinge with a range, no Euler angles."""
+    """Accepts a file with a different angle unit if it contains no angles, that is, neither hinges with a range nor Euler angles."""
     hinges = [joint for joint in added.iter("joint") if joint.get("type", "hinge") == "hinge" and joint.get("class") is None]
     if any("euler" in element.attrib or "axisangle" in element.attrib for element in added.iter()) or any(
         "range" in joint.attrib for joint in hinges
@@ -80,7 +80,7 @@ def _turned_to(unit: str, added: ElementTree.Element, file: Path) -> None:
 
 
 def _keep_defaults(root: ElementTree.Element, name: str) -> None:
-    """Converts the file's default class to a class of that name, and assigns it to the elements that used it."""
+    """Converts the file's default class to a class of that name, and assigns it to the elements that used the default."""
     top = root.find("default")
     if top is None:
         return
@@ -107,7 +107,7 @@ def _section(root: ElementTree.Element, name: str) -> ElementTree.Element:
 
 
 def _body_of_flange(root: ElementTree.Element, arm: Path) -> ElementTree.Element:
-    """Returns a frame at the flange's site, in the site's body."""
+    """Adds a frame at the flange's site to the body of the site, and returns that frame."""
     for name in FLANGE_SITES:
         for body in root.iter("body"):
             for site in body.findall("site"):

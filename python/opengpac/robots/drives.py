@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Properties that a joint takes from the part that drives it: its verb, its units, its limits, its rate."""
+"""Properties that a joint takes from the part that drives it: its verb, its units, its limits and its interval."""
 
 from __future__ import annotations
 
@@ -15,35 +15,36 @@ from ..values.quantities import Quantity, duration_ns
 from .servos import SERVO_PERIOD, joint_decoupled_servo, joint_follower, joint_servo, quiet_decoupled_servo
 
 JOG_SPEED = 0.25
-"""Default maximum speed of a joint, rad/s."""
+"""Default jog speed of a joint, rad/s."""
 
 MAX_RIPPLE = 4e-3
-"""Peak-to-peak ripple at rest above which a servo counts as unstable, rad: more than two counts of a twelve-bit encoder, 3.1 mrad."""
+"""Peak-to-peak ripple at rest above which a servo is considered unstable, rad: just above two counts of a twelve-bit encoder, 3.1 mrad."""
 
 SIMULATED_RIPPLE = {"rad": 1e-3, "m": 1e-4}
 """Ripple limit of a simulated joint, whose readings have no noise."""
 
 INTEGRAL_SHARE = 4.0 / 27.0
-"""Integral gain of a decoupled servo over kp times its bandwidth: the largest value without oscillating poles."""
+"""Integral gain of a decoupled servo, as a fraction of kp times its bandwidth: the maximum value without oscillating poles."""
 
 FASTEST = 100.0
-"""Maximum plausible speed of a joint, rad/s or m/s; larger limits of a model are reduced to it."""
+"""Maximum plausible speed of a joint, rad/s or m/s; higher limits in a model are reduced to it."""
 
 QUICKEST = 1e4
-"""Maximum plausible acceleration, rad/s² or m/s²: the fastest joint reaches its speed in 10 ms."""
+"""Maximum plausible acceleration, rad/s² or m/s²: a joint limited to `FASTEST` reaches that speed in 10 ms."""
 
 JERKIEST = 1e7
-"""Maximum plausible jerk, rad/s³ or m/s³: the quickest joint reaches its acceleration in 1 ms."""
+"""Maximum plausible jerk, rad/s³ or m/s³: a joint limited to `QUICKEST` reaches that acceleration in 1 ms."""
 
 LEAST_LIMIT = 1e-5
-"""Minimum limit of speed, acceleration and jerk, such that a fraction of it is still valid for a motion."""
+"""Minimum for a limit of speed, acceleration and jerk, so that a fraction of it is still valid for a motion."""
 
 _SLIDING = {"max_speed": 0.25, "jog_speed": 0.05, "max_acceleration": 1.0, "max_jerk": 10.0, "max_ripple": 4e-4}
-"""Default limits of sliding joints, in m."""
+"""Default limits of prismatic joints, in m."""
 
 
 def suited(joint: str, drive: Part, on: Source, given: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the arguments of a joint that this part drives: those set by the program, and by default those declared by the driver."""
+    """Returns the arguments of a joint that this part drives: those that the program sets, and for the others those that the driver
+    declares."""
     verb = _keeper(joint, drive, given.get("verb"))
     words: dict[str, Any] = {"verb": verb, "units": _units(drive), "every": _pace(verb, on)}
     given = {name: value for name, value in given.items() if name not in words or value is not None}
@@ -55,15 +56,16 @@ def suited(joint: str, drive: Part, on: Source, given: Mapping[str, Any]) -> dic
 
 
 def integral_gain(drive: Part) -> float:
-    """Returns the integral gain for friction and followers (mimic), which the equations of a drive lack; 0 for another drive."""
+    """Returns the integral gain that compensates for friction and mimic joints, which the equations of a drive do not include; 0 for
+    other drives."""
     gains = drive.about.get("decoupled")
     # The loop is critically damped, so the bandwidth is 2 kp / kd.
     return INTEGRAL_SHARE * gains["kp"] * 2.0 * gains["kp"] / gains["kd"] if gains and gains["kd"] > 0.0 else 0.0
 
 
 def _keeper(joint: str, drive: Part, verb: Verb[..., Any] | None) -> Verb[..., Any] | None:
-    """Returns `joint_follower` for a drive that takes positions, `joint_decoupled_servo` for one with the arm's dynamics; None, the
-    type's own verb, for one that only takes efforts. Refuses drives that lack a channel."""
+    """Returns `joint_follower` for a drive that takes positions, and `joint_decoupled_servo` for a drive with the arm's dynamics.
+    Returns None, that is, the type's own verb, for a drive that only takes efforts. Refuses drives that lack a channel."""
     suits = joint_follower if _takes_positions(drive) else _decoupled(drive) if "decoupled" in drive.about else joint_servo
     chosen = verb or suits
     lacking = _lacking(drive, chosen)
@@ -123,8 +125,8 @@ def _limits(drive: Part, verb: Verb[..., Any] | None) -> dict[str, Any]:
 
 
 def _pace(verb: Verb[..., Any] | None, on: Source) -> dict[str, Quantity] | None:
-    """Returns the intervals of a drive that closes its loop itself: it can be commanded less often than a servo runs, at its source's
-    period."""
+    """Returns the intervals for a drive that closes its loop itself. It can be commanded less often than a servo would run: at the
+    period of its source."""
     if verb is not joint_follower or on.period is None or on.period <= duration_ns(SERVO_PERIOD, "the servo's period") * 1e-9:
         return None
     return {"position": on.period, "speed": on.period}

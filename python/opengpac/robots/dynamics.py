@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Masses of an arm, and the joint efforts of its motions.
+"""Masses of an arm, and the joint efforts required by its motions.
 
-The efforts are computed by the library's block `inverse_dynamics`, here as on the real-time system; this module reads the masses from
-the model and passes them to the block.
+The library's block `inverse_dynamics` computes the efforts, here as on the real-time system; this module reads the masses from the
+model and passes them to the block.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
     from .arm import Payload
 
 GRAVITY = (0.0, 0.0, -9.81)
-"""Gravity of a model that does not define its own, m/s²."""
+"""Gravity if the model does not define it, m/s²."""
 
 
 @dataclass(frozen=True)
 class Link:
-    """Masses that move with a joint, as one rigid body, in the frame of the arm's base with every joint at 0.
+    """Masses that move with a joint, combined into one rigid body, in the frame of the arm's base with every joint at 0.
 
     `mass` is in kg, `centre` the centre of mass in m, `inertia` about that centre in kg m², as xx, yy, zz, xy, xz, yz. `armature` is
-    the inertia of the joint's motor, reflected to the joint, in kg m², or kg for a sliding joint.
+    the inertia of the joint's motor, reflected to the joint, in kg m², or kg for a prismatic joint.
     """
 
     mass: float = 0.0
@@ -41,7 +41,7 @@ class Link:
     armature: float = 0.0
 
     def joined(self, other: Link) -> Link:
-        """Returns both links as one rigid body, with the armature of this one.
+        """Combines both links into one rigid body, with the armature of this one.
         >>> Link(1.0, (0.0, 0.0, 0.0)).joined(Link(1.0, (2.0, 0.0, 0.0))).centre
         (1.0, 0.0, 0.0)
         """
@@ -63,8 +63,8 @@ class Dynamics:
     """A chain of joints with the masses of its links: `arm.dynamics`, or `Dynamics.of_mjcf(path, joints)`.
 
     `links` has one link for each joint of `kinematics`: the bodies that move with it but not with the next one. Parts attached to
-    joints that do not move the tool, such as fingers, count as rigid, with these joints at 0. `gravity` is in m/s², in the frame of
-    the model's world. Friction and damping of the joints are not modelled.
+    joints that do not move the tool, such as fingers, are treated as rigid, with these joints at 0. `gravity` is in m/s², in the
+    frame of the model's world. Friction and damping of the joints are not modelled.
     """
 
     kinematics: Kinematics
@@ -73,7 +73,7 @@ class Dynamics:
 
     @property
     def parameters(self) -> dict[str, Any]:
-        """Values for the parameters `chain`, `links` and `gravity` of the block `inverse_dynamics`."""
+        """Values of the parameters `chain`, `links` and `gravity` of the block `inverse_dynamics`."""
         unused = JOINTS_MAX - len(self.links)
         links = [*self.links, *[Link()] * unused]
         return {
@@ -85,7 +85,8 @@ class Dynamics:
     def effort(
         self, q: Iterable[float], velocity: Iterable[float] | None = None, acceleration: Iterable[float] | None = None
     ) -> np.ndarray:
-        """Returns the effort of each joint, N m or N, for a motion at positions `q`, rad or m; `velocity` and `acceleration` default to 0.
+        """Returns the effort of each joint, N.m or N, for a motion at positions `q`, rad or m; `velocity` and `acceleration` default to
+        0.
 
         Raises `CallError` unless there is a number for each joint.
         """
@@ -124,7 +125,7 @@ class Dynamics:
 
     @classmethod
     def of_mjcf(cls, path: Any, joints: Sequence[str], *, site: str | None = None, kinematics: Kinematics | None = None) -> Dynamics:
-        """Reads the dynamics of an MJCF arm through MuJoCo. `joints` are the driven joints, in order; `site` is the flange.
+        """Reads the dynamics of an MJCF arm through MuJoCo. `joints` are the actuated joints, in order; `site` is the flange.
 
         `kinematics` is the geometry of these joints, if it is already known; otherwise it is read as by `Kinematics.of_mjcf`, with
         the same errors.
@@ -156,7 +157,7 @@ def _links(mujoco: Any, model: Any, chain: Kinematics) -> tuple[Link, ...]:
 
 
 def _body(model: Any, data: Any, body: int) -> Link:
-    """Returns the mass of a body at the present position of the model, in the world's frame."""
+    """Returns the mass of a body at the current position of the model, in the world frame."""
     axes = data.ximat[body].reshape(3, 3)
     inertia = axes @ np.diag(model.body_inertia[body]) @ axes.T
     xx, yy, zz, xy, xz, yz = (float(inertia[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))

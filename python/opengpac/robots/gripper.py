@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gripper with sliding fingers: each finger is a logical device, a spring of limited force that senses contact."""
+"""Gripper with prismatic fingers: each finger is a logical device, a spring of limited force that senses contact."""
 
 from __future__ import annotations
 
@@ -87,11 +87,11 @@ finger_follower = Verb(
         ]
     },
 )
-"""Verb that keeps a finger running if the gripper has its own controller."""
+"""Verb that keeps a finger running if the gripper itself closes the loop."""
 
 
 class Finger(LogicalDevice, verb=finger_servo, name="robot_finger"):
-    """A sliding finger: position 0 where the fingers meet, larger values are open.
+    """A prismatic finger. Its position is 0 where the fingers meet; larger values are open.
 
     `force` is the contact force of its pad, `force_max` the maximum force of its spring.
     """
@@ -108,12 +108,12 @@ class Finger(LogicalDevice, verb=finger_servo, name="robot_finger"):
 def gripper(device: PhysicalDevice, *parts: str, on: Source | None = None, name: str | None = None, **parameters: Any) -> Group[Finger]:
     """Returns the fingers of the machine `device` as a group, for `robots.load(..., tool="two_finger")`.
 
-    `parts` are the machine's parts that are fingers, by default `left_finger` and `right_finger`; the touch sensor of each has its
-    name. `on` runs their servos, by default the source that exchanges with the machine. The group is `NAME`, by default
+    `parts` are the machine's parts that are fingers, by default `left_finger` and `right_finger`; the touch sensor of each has the
+    same name. `on` runs their servos, by default the source that exchanges with the machine. The group is called `name`, by default
     `DEVICE.hand`.
 
     A gripper that is a separate device and closes the loops itself has the channels `PART.position`, `PART.velocity` and `PART.force`
-    (read), `PART.goal` and `PART.force_max` (written), and its fingers follow with its own stiffness. Its driver may be any, for
+    (read), `PART.goal` and `PART.force_max` (written), and its fingers follow with its own stiffness. Any driver can be used, for
     example `gpac.drivers.modbus` with these names.
     """
     name = name or f"{device.name}.hand"
@@ -129,7 +129,7 @@ def gripper(device: PhysicalDevice, *parts: str, on: Source | None = None, name:
 
 
 def _driven(device: PhysicalDevice, part: str) -> dict[str, Any]:
-    """Returns the device type for a finger, and its channels."""
+    """Returns the arguments of a finger for its drive: its verb, if it is not the type's own, and its channels."""
     if f"{part}.goal" not in device.channels:
         return {"drive": device[part], "touch": device[f"sensor.{part}"]}
     words = {"position": "position", "speed": "velocity", "touch": "force", "goal": "goal", "limit": "force_max"}

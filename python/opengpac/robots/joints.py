@@ -22,26 +22,26 @@ from .servos import HISTORY, MAX_GAP, joint_servo
 _logger = logging.getLogger("opengpac")
 
 OUTSIDE = {"rad": 1e-3, "m": 1e-4}
-"""Distance beyond its range from which a joint is reported."""
+"""Distance beyond its range at which a joint is reported."""
 
 
 class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
-    """A joint of an arm: positions in rad (m for a sliding joint), efforts in N.m (N).
+    """A joint of an arm: positions in rad (m for a prismatic joint), efforts in N.m (N).
 
-    `commanded` is the set-point stored by a verb; `reference` and `commanded_velocity` are the servo's present target, which follows
+    `commanded` is the set-point stored by a verb; `reference` and `commanded_velocity` are the servo's current target, which follows
     the set-points smoothly and stays within `position_min`, `position_max` and `max_speed`; `limited` counts the servo's invocations
     in which these limits were active. `setpoint_velocity`, `setpoint_acceleration` and `setpoint_time` (ns of the system's clock)
-    belong to the last set-point: a motion that takes over continues from there. If no motion leads a moving joint, its servo brakes
-    it within `max_acceleration` and `max_jerk`, beyond `commanded`, and the next motion starts there: `braking` contains the
-    distance, the speed, its rate of change, and the start time (ns); all are 0 while set-points lead. If more than `max_gap` is lost
-    at once, because releases were skipped, the joint comes to rest from its present position, stays enabled, and its users end with
-    `TimeLost`. `override` (0 to 1) scales the speed of the verbs of `gpac.motion`, `cell_override` is that of the whole cell. A joint
-    with `needs_home=True` is not `homed` until `gpac.motion.home` has found its zero, which is `offset`.
+    belong to the latest set-point: a motion that takes over continues from there. If no motion commands a moving joint, its servo
+    brakes it within `max_acceleration` and `max_jerk`, beyond `commanded`, and the next motion starts there: `braking` contains the
+    distance, the speed, its rate of change, and the start time (ns); all are 0 while set-points arrive. If more than `max_gap` is
+    lost in one gap, because releases were skipped, the joint comes to rest from its current position, stays enabled, and its users
+    end with `TimeLost`. `override` (0 to 1) scales the speed of the verbs of `gpac.motion`, `cell_override` is the override of the
+    whole cell. A joint with `needs_home=True` is not `homed` until `gpac.motion.home` has found its zero, which is `offset`.
 
     `Joint("lift", drive=line["lift"])` is a single joint. The driver's declarations of the part are the defaults: its unit, range,
-    speed, effort and gains, and the source that exchanges with it. A part that takes positions (axes on EtherCAT, serial servos, arms
-    of Universal Robots) is kept running by `joint_follower`, which ignores gains and `load_effort`, one that takes efforts by
-    `joint_servo`; `verb` replaces it.
+    speed, effort and gains, and the source that exchanges with it. `joint_follower`, which ignores gains and `load_effort`, keeps a
+    part running that takes positions (EtherCAT axes, serial servos, Universal Robots arms); `joint_servo` keeps a part running that
+    takes efforts; `verb` replaces them.
     """
 
     sensed: SVV[float] = svv(unit="rad", history=HISTORY, reading=True)
@@ -100,7 +100,7 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
         super().__init__(name, on=on, system=system, arbitration=arbitration, **arguments)
 
     def _when_enabled(self) -> None:
-        """Reports a joint outside its range, and the way back."""
+        """Warns about a joint outside its range, and names the motion that returns it to its range."""
         position, low, high = self.sensed.value, self.position_min, self.position_max
         unit = self.sensed.unit or "rad"
         if self.needs_home or max(low - position, position - high) <= OUTSIDE.get(unit, 0.0):

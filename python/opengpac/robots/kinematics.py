@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Geometry of an arm: the pose and motion of its tool, and the joint positions for a pose.
 
-The library's blocks `forward_kinematics`, `jacobian` and `inverse_kinematics` compute the numbers, as on the real-time system; this
-module reads the geometry and passes it to them.
+The library's blocks `forward_kinematics`, `jacobian` and `inverse_kinematics` perform the computation, as on the real-time system;
+this module reads the geometry and passes it to them.
 """
 
 from __future__ import annotations
@@ -30,20 +30,20 @@ JOINTS_MAX = lib.forward_kinematics.items["n"].most
 """Maximum number of joints of a chain."""
 
 NONE, HINGE, SLIDE = 0, 1, 2
-"""Kinds of joints: without effect on the tool, revolute, sliding."""
+"""Kinds of joints: without effect on the tool, revolute, prismatic."""
 
 ROUNDING = 1e-9
 """Tolerance by which a position may exceed a range, rad or m."""
 
 EXACT = 1e-8
-"""Tolerance in distance (m) and angle (rad) of a computed pose."""
+"""Position (m) and angle (rad) tolerance of a computed pose."""
 
 _TOOL_SITES = ("tool", "attachment_site")
 
 
 @dataclass(frozen=True)
 class Axis:
-    """A joint of a chain: its name, its kind, and its line of rotation or translation with every joint at 0 (m, in the base)."""
+    """A joint of a chain: its name, its kind, and its axis of rotation or translation with every joint at 0 (m, in the base frame)."""
 
     name: str
     kind: int
@@ -53,10 +53,10 @@ class Axis:
 
 @dataclass
 class Kinematics(DeclaredNames):
-    """A chain of joints, as a product of exponentials: their axes and the flange's pose with every joint at 0.
+    """A chain of joints as a product of exponentials: the axes, and the flange's pose with every joint at 0.
 
-    `base` is the pose of the arm in the frame of poses, `tool` the tool's frame in the flange's; both are settable. `chain` is the
-    value for the parameter of that name of the kinematic blocks.
+    `base` is the pose of the arm in the frame of poses, `tool` the tool's frame relative to the flange; both can be set. `chain` is
+    the value for the parameter of that name of the kinematic blocks.
     """
 
     _settable = frozenset({"axes", "home", "base", "tool"})
@@ -76,7 +76,7 @@ class Kinematics(DeclaredNames):
 
     @property
     def chain(self) -> dict[str, Any]:
-        """Value of the blocks' parameter `chain`."""
+        """Value of the parameter `chain` of the blocks."""
         unused = JOINTS_MAX - len(self.axes)
         nothing = [[0.0] * 3] * unused
         return {
@@ -86,14 +86,14 @@ class Kinematics(DeclaredNames):
         }  # fmt: skip
 
     def forward(self, q: Iterable[float]) -> Pose:
-        """Returns the pose of the tool at the joint positions `q`, rad or m: one for each joint, or by their names, as in a taught
-        point."""
+        """Returns the pose of the tool at the joint positions `q`, rad or m: one for each joint, or a mapping by joint names, such as a
+        taught point."""
         found = lib.block("forward_kinematics").run(n=len(self.axes), chain=self.chain, q=self._positions(q))
         self._check(found.fault)
         return Pose.of(found.pose[0])
 
     def jacobian(self, q: Iterable[float]) -> np.ndarray:
-        """Returns the geometric Jacobian at `q`, 6 x n: linear (m/s) and angular (rad/s) velocity of the tool for joint speeds of 1."""
+        """Returns the geometric Jacobian at `q`, 6 x n: linear (m/s) and angular (rad/s) velocity of the tool per unit joint speed."""
         found = lib.block("jacobian").run(n=len(self.axes), chain=self.chain, q=self._positions(q))
         self._check(found.fault)
         return found.jacobian[0].T
@@ -108,11 +108,12 @@ class Kinematics(DeclaredNames):
         configuration: Configuration | str | None = None,
         attempts: int = 20,
     ) -> np.ndarray:
-        """Returns joint positions with the tool at `pose`, from `near`, within any ranges passed. Raises `Unreachable` if none is found.
+        """Returns joint positions with the tool at `pose`, searched from `near`, and within the ranges if they are passed. Raises
+        `Unreachable` if none is found.
 
-        It tries from `near` first and keeps the arm's posture if possible, then from `attempts` - 1 other positions. With a
-        `configuration` the positions are those of closed forms, with its turns, or the ones nearest to `near`; raises
-        `DefinitionError` for a chain without closed forms.
+        The search starts from `near` and keeps the arm's posture if possible, then from `attempts` - 1 other positions. With a
+        `configuration` the positions are those of the closed-form solution, with its turns, or the ones nearest to `near`; raises
+        `DefinitionError` for a chain without a closed form.
         """
         if configuration is not None:
             chosen = Configuration.of(configuration)
@@ -140,7 +141,8 @@ class Kinematics(DeclaredNames):
     ) -> list[np.ndarray]:
         """Returns all joint positions with the tool at `pose`, at most eight, each joint in the turn of its range that is nearest to 0.
 
-        It uses closed forms, see `configuration`; if the wrist is straight there, the last joint is arbitrary and takes 0.
+        Uses the closed form, see `configuration`; if the wrist is straight in a solution, its last joint is arbitrary and is set to
+        0.
         """
         middle = np.zeros(len(self.axes))
         found = [self._in_range(q, middle, position_min, position_max) for q in self._closed().all(Pose.of(pose), middle)]
@@ -149,14 +151,14 @@ class Kinematics(DeclaredNames):
     def configuration(self, q: Iterable[float]) -> Configuration:
         """Returns the configuration of the joint positions `q`.
 
-        It requires six revolute joints, the first perpendicular to the second, the second parallel to the third, with a spherical
-        wrist or the axes of the arms of Universal Robots; raises `DefinitionError` for other chains.
+        Requires six revolute joints, the first perpendicular to the second, the second parallel to the third, with a spherical wrist
+        or the axes of Universal Robots arms; raises `DefinitionError` for other chains.
         """
         return self._closed().configuration(np.array(self._positions(q)))
 
     @property
     def has_configurations(self) -> bool:
-        """True for a chain with closed forms, the only kind with configurations."""
+        """True for a chain with a closed-form solution, the only kind with configurations."""
         return ClosedForms.of(self) is not None
 
     def _closed(self) -> ClosedForms:
@@ -204,8 +206,8 @@ class Kinematics(DeclaredNames):
         return self._polished(pose, q)
 
     def _in_range(self, q: np.ndarray, near: np.ndarray, low: Iterable[float] | None, high: Iterable[float] | None) -> np.ndarray | int:
-        """Returns the positions with each revolute joint in the turn nearest to `near` within its range, or the joint without such a
-        turn."""
+        """Returns the positions with each revolute joint in the turn within its range that is nearest to `near`, or the index of the
+        first joint that has no such turn."""
         q = q.copy()
         least = np.full(len(q), -np.inf) if low is None else np.array(self._positions(low))
         most = np.full(len(q), np.inf) if high is None else np.array(self._positions(high))
@@ -226,7 +228,7 @@ class Kinematics(DeclaredNames):
         return next((j for j in range(len(q)) if not least[j] - ROUNDING <= q[j] <= most[j] + ROUNDING), None)
 
     def _polished(self, pose: Pose, q: np.ndarray) -> np.ndarray:
-        """Returns the positions refined for axes of the model that are not exactly parallel or do not exactly meet."""
+        """Refines the positions, for a model whose axes are not exactly parallel or do not exactly intersect."""
         reached = self.forward(q)
         return q if reached.distance(pose) < EXACT and reached.angle(pose) < EXACT else self.inverse(pose, q, attempts=1)
 
@@ -250,7 +252,7 @@ class Kinematics(DeclaredNames):
         return found
 
     def _in_order(self, given: Mapping[Any, Any]) -> list[Any]:
-        """Returns joint positions by name, of a taught point for example, in the order of the chain; ignores other joints."""
+        """Returns joint positions given by name, for example those of a taught point, in the order of the chain; ignores other joints."""
         found: list[Any] = []
         for joint in self.joints:
             position = next((value for name, value in given.items() if joint == name or joint.endswith(f".{name}")), None)
@@ -268,12 +270,12 @@ class Kinematics(DeclaredNames):
 
     @classmethod
     def of_mjcf(cls, path: str | os.PathLike[str], joints: Sequence[str], *, site: str | None = None) -> Kinematics:
-        """Returns the geometry of an MJCF arm from its world to its tool, read from `path` through MuJoCo. `joints`: the driven ones, in
-        order.
+        """Returns the geometry of an MJCF arm from its world to its tool, read from `path` through MuJoCo. `joints` are the actuated
+        joints, in order.
 
-        The tool is the site named `site`; by default the site that most of these joints move: `tool` or `attachment_site`, also with
-        a prefix (`left_tool`), else that of a force sensor; else it is the body of the last joint. Raises `CallError` for no joints
-        or a repeated one, `UnknownName` for a joint or a site that the model lacks.
+        The tool is the site called `site`; by default the site that most of these joints move: `tool` or `attachment_site`, also with
+        a prefix (`left_tool`), otherwise the site of a force sensor, otherwise the body of the last joint. Raises `CallError` if
+        `joints` is empty or contains duplicates, `UnknownName` for a joint or a site that the model lacks.
         """
         names = _names(joints)
         try:
@@ -293,7 +295,7 @@ class Kinematics(DeclaredNames):
 
 
 def _names(joints: Any) -> list[str]:
-    """Returns the joint names passed to a call: at least one, without repetition."""
+    """Checks that the joint names passed to a call include at least one and no duplicates, and returns them."""
     listed = rows(joints)
     names = [] if isinstance(listed, str) or not isinstance(listed, Iterable) else list(listed)
     if not all(isinstance(name, str) for name in names) or (not names and listed not in ([], ())):
@@ -334,7 +336,7 @@ def _read(mujoco: Any, model: Any, names: list[str], named: str | None) -> Kinem
 
 
 def joint_numbers(model: Any) -> dict[str, int]:
-    """Returns the numbers of a model's joints by their names; a joint without a name is called `joint_N`."""
+    """Returns the indices of a model's joints by name; a joint without a name is called `joint_N`."""
     return {model.joint(j).name or f"joint_{j}": j for j in range(model.njnt)}
 
 
@@ -358,7 +360,7 @@ def joints_before(model: Any, body: int) -> set[int]:
 
 
 def _flange(mujoco: Any, model: Any, data: Any, ids: list[int], named: str | None) -> tuple[int, Pose]:
-    """Returns the body of the tool, and the pose of its flange."""
+    """Returns the body of the tool, and the pose of the flange."""
     site = _tool_site(mujoco, model, ids, named)
     if site is not None:
         turn = np.zeros(4)
@@ -369,12 +371,12 @@ def _flange(mujoco: Any, model: Any, data: Any, ids: list[int], named: str | Non
 
 
 def _tool_site(mujoco: Any, model: Any, ids: list[int], named: str | None) -> int | None:
-    """Returns, of the candidate tool sites, the one that most of these joints move: in a world of several arms each has its own."""
+    """Returns the candidate tool site that most of these joints move, because in a world of several arms each arm has its own."""
     forces = [int(model.sensor_objid[s]) for s in range(model.nsensor) if model.sensor_type[s] == int(mujoco.mjtSensor.mjSENS_FORCE)]
     names = [model.site(s).name for s in range(model.nsite)]
 
     def rank(site: int) -> int | None:
-        """Returns the rank of a site as a candidate for the tool, the best is the smallest; None if it is not a candidate."""
+        """Returns the rank of a site as a candidate for the tool, lowest being best; None if it is not a candidate."""
         if named is not None:
             return 0 if names[site] == named else None
         if names[site] in _TOOL_SITES:
@@ -387,7 +389,7 @@ def _tool_site(mujoco: Any, model: Any, ids: list[int], named: str | None) -> in
         return len(joints_before(model, int(model.site_bodyid[site])) & set(ids))
 
     def is_of_another(site: int) -> bool:
-        """Returns whether a site is the tool of another arm on the same trunk: it is moved by further joints, and not by all of these."""
+        """Returns whether a site is the tool of another arm on the same trunk: other joints move it too, but not all of these joints do."""
         return moved(site) < deepest and bool(joints_before(model, int(model.site_bodyid[site])) - set(ids))
 
     deepest = max(len(joints_before(model, int(model.jnt_bodyid[j])) & set(ids)) for j in ids)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The paper's own example: coordinated motion of the joints of an arm, all arriving together."""
+"""Example from the paper: coordinated motion of the joints of an arm, all arriving together."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from .joints import Joint
 
 
 class MotionTimeout(Terminated):
-    """A motion did not end within its time limit. The joints have come to rest on the way."""
+    """A motion did not end within its time limit. The joints have come to rest short of the goal."""
 
 
 class Moved(Report):
-    """End of a motion: positions of the joints (rad), largest distance from a goal (rad), planned duration (s)."""
+    """End of a motion: positions of the joints (rad), maximum distance from a goal (rad), and planned duration (s)."""
 
     position: np.ndarray
     error: float

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Bounds of the numbers in files of arms: refuses infinite or implausible numbers with their line before MuJoCo reads them.
+"""Bounds of the numbers in arm files. Infinite or implausible numbers are refused with their line before MuJoCo reads them.
 
-MuJoCo treats `nan` as an omitted number, and simulates a mass of 1e30 kg.
+MuJoCo treats `nan` as an omitted number, and accepts a mass of 1e30 kg.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .urdf.source import Source
 
 HUGE = 1e10
-"""Limit above which MuJoCo itself regards numbers as a failed simulation."""
+"""Limit above which MuJoCo itself considers the simulation to have diverged."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Bounds:
     unit: str = ""
 
     def broken_by(self, values: list[float]) -> str:
-        """Returns the bound that one of the values exceeds, or an empty text."""
+        """Returns the bound that one of the values violates, or an empty text."""
         if max(values, default=self.high) > self.high:
             return f"above {self.high:,.0f} {self.unit}".rstrip()
         if min(values, default=self.low) < self.low:
@@ -54,14 +54,14 @@ _MJCF: Mapping[str, Bounds] = {
     "gear": RATIO,
     "range": Bounds(-1e9, 1e9),
 }
-"""Bounds of the numbers of an MJCF file by attribute; others are at most `HUGE`."""
+"""Bounds of the numbers in an MJCF file, by attribute; other numbers are at most `HUGE`."""
 _WORDS = ("name", "class", "childclass", "user")
-"""Attributes of an MJCF file that are not numbers even if they look like them, or that are not read."""
+"""Attributes of an MJCF file that are ignored, or whose values are not numbers even if they look like numbers."""
 _UNREAD = ("custom", "extension", "visual", "statistic")
 
 
 def check_mjcf(source: Source) -> None:
-    """Refuses an MJCF file for a number that is not finite, or beyond its bounds."""
+    """Refuses an MJCF file because of a number that is not finite or is out of bounds."""
     names = {element.get(word, "") for element in source.root.iter() for word in _WORDS}
     for element in _read(source.root):
         for attribute, text in element.attrib.items():
@@ -73,13 +73,13 @@ def check_mjcf(source: Source) -> None:
 
 
 def check_bounds(source: Source, element: ElementTree.Element, attribute: str, values: list[float], bounds: Bounds) -> None:
-    """Refuses a file for an attribute with a number beyond its bounds."""
+    """Refuses a file if a number in an attribute is out of bounds."""
     if passed := bounds.broken_by(values):
         source.refuse_number(element, attribute, f"is {passed}, which is not plausible", "check its unit, and correct the number")
 
 
 def _numbers(text: str) -> list[float]:
-    """Returns the numbers of an attribute; none if one of its words is not a number."""
+    """Returns the numbers of an attribute; empty if one of its words is not a number."""
     try:
         return [float(word) for word in text.split()]
     except ValueError:
@@ -87,7 +87,7 @@ def _numbers(text: str) -> list[float]:
 
 
 def _read(root: ElementTree.Element) -> Iterator[ElementTree.Element]:
-    """Yields the elements whose numbers are read."""
+    """Yields the elements whose numbers MuJoCo reads."""
     yield root
     for child in root:
         if child.tag not in _UNREAD:

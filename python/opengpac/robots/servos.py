@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Servo of a joint: one of this host, or the drive that closes the loop itself."""
+"""Servo of a joint: a servo on this host, or a drive that closes the loop itself."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class FollowingError(Terminated):
     """The distance of a joint from its commanded position exceeds `max_following_error`.
 
     `value` is the error, the desired position minus the measured one. `outputs` contains `error_limit` (`max_following_error`),
-    `time_lost` (s, because of releases skipped just before), and for a servo of this host `effort` and `effort_limit` (`max_effort`);
+    `time_lost` (s, because of releases skipped just before), and for a servo on this host `effort` and `effort_limit` (`max_effort`);
     for a simulated joint also `motor_effort` and `motor_limit`: the effort of its motor, which includes gravity and the other joints,
     and its maximum.
     """
@@ -28,8 +28,9 @@ class FollowingError(Terminated):
 class ServoUnstable(Terminated):
     """The servo of a joint oscillates: its effort between the limits, or its position about the commanded one.
 
-    `value` is the frequency, Hz. An oscillation counts from `unstable_from` on, for ten consecutive periods, if the error passes half
-    of `max_following_error` in both directions, the effort both its limits, or a joint commanded to rest moves by `max_ripple`.
+    `value` is the frequency, Hz. An oscillation is reported if its frequency is at least `unstable_from` for ten consecutive periods,
+    and if the error exceeds half of `max_following_error` in both directions, the effort reaches both its limits, or a joint
+    commanded to rest moves by `max_ripple`.
     """
 
 
@@ -37,10 +38,10 @@ SERVO_PERIOD = "1 ms"
 """Period of the servo."""
 
 MAX_GAP = 0.5
-"""Maximum gap in time, s: beyond it a moving joint is braked from its present position."""
+"""Maximum gap in time, s; after a larger gap a moving joint is braked from its current position."""
 
 HISTORY = 10_000
-"""Number of values of `sensed`, `commanded` and `reference` that are kept: ten seconds of the servo."""
+"""Number of values of `sensed`, `commanded` and `reference` that are kept: ten seconds of servo invocations."""
 
 reading = Graph(
     "joint_position",
@@ -53,7 +54,8 @@ reading = Graph(
 
 
 def _kept(label: str, velocity: str | list[str]) -> dict[str, str | list[str]]:
-    """Returns χ of a block that keeps a joint at its commanded position. `velocity`: locations that store and read the joint's speed."""
+    """Returns χ of a block that keeps a joint at its commanded position. `velocity` names the ports that store and read the joint's
+    speed."""
     return {
         "offset": ["position.offset", f"{label}.offset"],
         "sensed": ["position.y", f"{label}.position"],
@@ -69,17 +71,17 @@ def _kept(label: str, velocity: str | list[str]) -> dict[str, str | list[str]]:
 
 
 _SERVO_SAYS = {"error_limit": "servo.error_max", "effort": "servo.effort", "effort_limit": "servo.limit", "time_lost": "servo.lost"}
-"""Values that a servo returns with a following error; the system's message contains them."""
+"""Values that a servo returns with a following error; the error message includes them."""
 
 _DECOUPLED_SAYS = _SERVO_SAYS | {"motor_effort": "motor.y", "motor_limit": "strongest.y"}
-"""Values of a drive that compensates the other joints: also the effort of its motor, and its maximum."""
+"""Values for a drive that compensates for the other joints: those of a servo, and the effort of its motor and its maximum."""
 
 _FOLLOWER_SAYS = {"error_limit": "follow.error_max", "time_lost": "follow.lost"}
-"""Values of a drive that closes the loop itself: its effort is not known here."""
+"""Values for a drive that closes the loop itself; its effort is not known here."""
 
 
 def _ends(says: Mapping[str, str]) -> dict[str, Any]:
-    """Returns the conditions that end a servo of this host. `says`: values that it returns with a following error."""
+    """Returns the conditions that end a servo on this host. `says` maps the outputs that a following error returns to ports."""
     return {
         "following_error": on("servo.following_error", returns=list(says), raises=FollowingError),
         "servo_unstable": on("servo.unstable", raises=ServoUnstable),
@@ -138,8 +140,8 @@ joint_servo = Verb(
 
 
 def _decoupled(name: str, doc: str, motor: Mapping[str, str], says: Mapping[str, str]) -> Verb[..., Any]:
-    """Returns the verb of a servo on a drive with the arm's dynamics. `motor`: blocks that read the drive's motor values, and their
-    channels."""
+    """Returns the verb of a servo on a drive with the arm's dynamics. `motor` maps the blocks that read the drive's motor values to
+    their channels."""
     return Verb(
         name,
         doc=doc,
@@ -187,10 +189,10 @@ _DECOUPLED_DOC = (
 joint_decoupled_servo = _decoupled(
     "robot_joint_decoupled_servo", _DECOUPLED_DOC, {"motor": "motor_effort", "strongest": "motor_limit"}, _DECOUPLED_SAYS
 )
-"""Verb that keeps a joint running whose drive compensates gravity and the other joints (computed torque), such as a simulated arm's."""
+"""Verb that keeps a joint running if its drive compensates for gravity and the other joints (computed torque), as in a simulated arm."""
 
 quiet_decoupled_servo = _decoupled("robot_joint_quiet_decoupled_servo", _DECOUPLED_DOC, {}, _SERVO_SAYS)
-"""Variant for a drive that does not report the effort and the limit of its motor: a following error returns the servo's."""
+"""Variant for a drive that does not report the effort and the limit of its motor: a following error returns the servo's instead."""
 
 
 joint_follower = Verb(
@@ -232,4 +234,4 @@ joint_follower = Verb(
     output_values=_FOLLOWER_SAYS,
     conditions={"following_error": on("follow.following_error", returns=list(_FOLLOWER_SAYS), raises=FollowingError)},
 )
-"""Verb that keeps a joint running that takes positions: the servo is in the machine."""
+"""Verb that keeps a joint running if its drive takes positions, that is, if the servo is in the machine."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Home and tool of an arm whose file has none: adds a keyframe `home` and a site `tool` to its MJCF model."""
+"""Adds a home and a tool to the MJCF model of an arm whose file has none: a keyframe `home` and a site `tool`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .assembly import FLANGE_SITES
 
 
 def settle(text: str, home: Mapping[str, float], tool: str) -> str:
-    """Returns an MJCF model with the keyframe `home` at those positions of joints, and the site `tool` at the frame of the body `tool`.
+    """Returns an MJCF model with a keyframe `home` at those joint positions, and a site `tool` at the frame of the body `tool`.
 
     Other joints are at the file's zero; keyframes and flange sites of the file are replaced. Raises `KeyError` if the model has no
     such joint or body.

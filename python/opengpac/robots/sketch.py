@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Drawings of arms: the chain of joints at home, with the axis of each joint and the frame of the tool, as SVG."""
+"""Drawings of arms as SVG: the chain of joints at home, with the axis of each joint and the tool frame."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ from typing import Any
 import numpy as np
 
 SIZE, MARGIN = 200.0, 22.0
-"""Width and height of a drawing, and its margin, pixels."""
+"""Size (width and height) of a drawing, and its margin, px."""
 TICK = 0.06
-"""Length of a joint's axis in both directions and of the tool's axes, as a fraction of the drawing."""
+"""Length of a joint's axis in each direction, and of the tool's axes, as a fraction of the drawing."""
 _VIEW = np.array([[0.87, -0.5, 0.0], [-0.29, -0.5, 0.82]])
-"""Projection of a point in the model to right and up in the drawing: viewed from the front, the right and above."""
+"""Projection of a point of the model onto the drawing, to the right and up, viewed from the front, the right and above."""
 
 
 def chain(arm: Any, q: Sequence[float]) -> dict[str, Any]:
-    """Returns the points of an arm's joints at these positions, the directions of their axes, and the tool's frame: lists of numbers, m."""
+    """Returns the points of an arm's joints at these positions, the directions of their axes, and the tool frame, as lists of numbers,
+    m."""
     placed = np.eye(4)
     points, directions = [], []
     for axis, position in zip(arm.kinematics.axes, q, strict=True):
@@ -32,7 +33,7 @@ def chain(arm: Any, q: Sequence[float]) -> dict[str, Any]:
 
 
 def _moved(point: np.ndarray, direction: np.ndarray, position: float, kind: int) -> np.ndarray:
-    """Applies the motion of a joint: a rotation about a line, or a translation along it."""
+    """Applies a joint's motion to a point: a rotation about an axis, or a translation along it."""
     found = np.eye(4)
     if kind == 2:
         found[:3, 3] = direction * position
@@ -45,7 +46,7 @@ def _moved(point: np.ndarray, direction: np.ndarray, position: float, kind: int)
 
 
 def drawn(name: str, of: dict[str, Any]) -> str:
-    """Returns the drawing of a chain."""
+    """Draws a chain."""
     points, directions, tool = np.array(of["points"]), np.array(of["directions"]), np.array(of["tool"])
     foot = np.array([points[0][0], points[0][1], min(0.0, points[:, 2].min())])
     line = np.vstack([foot, points, tool[:3, 3]])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frame of a tool from poses in which its tip touches one point."""
+"""Computes the frame of a tool from poses in which its tip touches one point."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from ..values.frames import Pose
 from .arm import Arm
 
 LEAST = 4
-"""Minimum number of poses: with three the residual would not reveal a wrong one."""
+"""Minimum number of poses; with three, the residual would not reveal a wrong pose."""
 
 SPREAD = 0.1
-"""Minimum of the smallest singular value of the rotations: about 20 degrees between the poses about the axis that varies least."""
+"""Minimum for the smallest singular value of the rotations: about 20 degrees between the poses about the axis that varies least."""
 
 
 @dataclass(frozen=True)
 class TouchedTool:
     """Tool centre point found by `tool_by_touching`, and the consistency of the poses.
 
-    `frame`: the tool in the flange's frame, its orientation the flange's; `tip`: the point touched, m; `residuals`: for each pose the
-    distance of its tip from that point, m; `residual`: their root mean square; `spread`: 0 to 1, a measure of the variation of
-    orientation: an error of a pose causes about 1/spread of it in the frame.
+    `frame`: the tool in the flange's frame, with the orientation of the flange; `tip`: the touched point, m; `residuals`: for each
+    pose, the distance of its tip from that point, m; `residual`: their root mean square; `spread`: 0 to 1, a measure of the variation
+    of orientation: an error in a pose is amplified by about 1/spread in the frame.
     """
 
     frame: Pose
@@ -45,10 +45,10 @@ def tool_by_touching(
 ) -> TouchedTool:
     """Finds the tool centre point of an `arm` from 4 or more poses in which the tip of the tool touches one point.
 
-    `points`: taught points, or the positions of all joints in each pose; `orientation`: roll, pitch and yaw of the tool in the
-    flange's frame; `residual_max`: m. Solves the least squares of place + turn · frame = tip; ignores the arm's present tool. Raises
-    `ValueRefused` if the orientations are too similar, or if a tip is further than `residual_max` from the common point: the message
-    names it. `arm.tool = tool_by_touching(arm, [points[name] for name in names]).frame`.
+    `points` are taught points, or the positions of all joints in each pose; `orientation` is roll, pitch and yaw of the tool in the
+    flange's frame; `residual_max` is in m. Solves place + turn · frame = tip by least squares; ignores the arm's current tool. Raises
+    `ValueRefused` if the orientations are too similar, or if a tip is further than `residual_max` from the common point; the message
+    then names the pose. `arm.tool = tool_by_touching(arm, [points[name] for name in names]).frame`.
     """
     without = arm.tool.inverse()
     poses = [_pose(arm, place, point) @ without for place, point in enumerate(points)]
@@ -78,7 +78,7 @@ def tool_by_touching(
 
 
 def _pose(arm: Arm, place: int, point: Any) -> Pose:
-    """Returns the pose of the tool at a place; refusals name the place."""
+    """Returns the pose of the tool at the point with index `place`; refusals state that index."""
     try:
         return arm.forward(point)
     except (CallError, ValueRefused) as error:

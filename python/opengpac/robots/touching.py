@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Contacts of a simulated arm's links, as the reason that a joint did not follow."""
+"""Contacts between a simulated arm's links, which explain why a joint did not follow."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 def touching(model: Path, pose: Mapping[str, float]) -> list[tuple[str, str]]:
     """Returns the pairs of bodies in contact in a pose but not at the model's home, by their names.
 
-    `pose` contains positions of joints, rad or m; all others are at home. Freely moving bodies are excluded, since their positions
+    `pose` contains positions of joints, rad or m; all others are at home. Freely moving bodies are excluded, because their positions
     are unknown.
     """
     mujoco: Any = importlib.import_module("mujoco")
@@ -41,5 +41,5 @@ def _pairs(mujoco: Any, model: Any, data: Any) -> set[tuple[str, str]]:
 
 
 def _called(model: Any, geom: int, body: int) -> str:
-    """Returns the name of a body; for a static shape its own if it has one."""
+    """Returns the name of a body; for a static shape, the shape's own name if it has one."""
     return str((model.body(body).name if body else model.geom(geom).name) or ("the world" if body == 0 else f"body {body}"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Files that the package stores for a user, for later processes."""
+"""Files that the package stores for a user, for use by later processes."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ..errors import ModuleError, refuse
 
 
 def user_cache() -> Path:
-    """Returns the package's folder in the user's cache."""
+    """Returns the package's folder in the user's cache directory."""
     return _of_user("XDG_CACHE_HOME", ".cache")
 
 
 def user_data() -> Path:
-    """Returns the package's folder in the user's data."""
+    """Returns the package's folder in the user's data directory."""
     return _of_user("XDG_DATA_HOME", ".local/share")
 
 
@@ -25,7 +25,7 @@ def _of_user(variable: str, otherwise: str) -> Path:
 
 
 def put(file: Path, content: bytes) -> None:
-    """Writes a file atomically. Raises `OSError`, and then leaves nothing of it."""
+    """Writes a file atomically. If it raises `OSError`, no partial file is left behind."""
     fresh, name = tempfile.mkstemp(dir=file.parent)
     try:
         with open(fresh, "wb") as opened:
@@ -37,7 +37,7 @@ def put(file: Path, content: bytes) -> None:
 
 
 def keep(file: Path, content: bytes) -> None:
-    """Stores a file within a `folder`, creating its parent folders. Raises `ModuleError` if there is no room for it."""
+    """Stores a file in a `folder`, and creates its parent folders. Raises `ModuleError` if the disk is full."""
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         put(file, content)
@@ -48,8 +48,8 @@ def keep(file: Path, content: bytes) -> None:
 
 
 def folder(kind: str) -> Path:
-    """Returns the folder where files of a `kind`, "python-blocks" or "models", are cached for this user: the one that OPENGPAC_COMPILED
-    names, else one in the user's cache."""
+    """Returns the folder in which files of a `kind`, "python-blocks" or "models", are cached for this user: the one specified by
+    OPENGPAC_COMPILED, or else one in the user's cache directory."""
     given = os.environ.get("OPENGPAC_COMPILED")
     made = (Path(given).absolute() if given else user_cache()) / kind
     try:

@@ -19,7 +19,7 @@ from ..errors import CallError, FileFailed, refuse
 
 
 def path_of(given: Any, what: str) -> Path:
-    """Returns the absolute path in the argument `what`. Raises CallError if it is not a path."""
+    """Converts the argument `what` to an absolute path. Raises `CallError` if it is not a path."""
     if not isinstance(given, str | os.PathLike) or not str(given).strip() or not str(given).isprintable():
         refuse(CallError, f"{what} must be a path, not {str(given)[:80]!r}", "pass the path of a file")
     try:
@@ -29,12 +29,12 @@ def path_of(given: Any, what: str) -> Path:
 
 
 def is_source(path: Path) -> bool:
-    """Returns whether the extension is that of source built on loading: C or C++. The core defines the extensions."""
+    """Returns whether the extension is that of C or C++ source code, which is built on loading. The core defines the extensions."""
     return path.suffix.removeprefix(".") in _native.source_endings()
 
 
 def there(path: Path) -> bool:
-    """Returns whether the file exists; an invalid path does not."""
+    """Returns whether the file exists. An invalid path does not exist."""
     try:
         return path.exists()
     except (OSError, ValueError):
@@ -52,9 +52,10 @@ def read(path: Path, what: str) -> str | None:
 
 
 def write(path: Path, text: str, what: str, *, previous: Path | None = None) -> None:
-    """Replaces the file by `text` atomically; if that fails the file is unchanged. `previous`: keeps the old file there.
+    """Replaces the contents of the file with `text` atomically; on failure the file is unchanged. The old file is kept at `previous`, if
+    set.
 
-    `opengpac check` writes nothing.
+    Under `opengpac check`, nothing is written.
     """
     if checking.active():
         return
@@ -86,17 +87,18 @@ def write(path: Path, text: str, what: str, *, previous: Path | None = None) -> 
 
 
 LOCK_WAIT_S = 10.0
-"""Time for which a change of a file waits for that of another program."""
+"""Maximum time to wait for another program's change to a file before changing it, s."""
 
 _LOCK_LOOK_S = 0.005
 
 
 @contextlib.contextmanager
 def locked(path: Path, what: str) -> Iterator[None]:
-    """Prevents other programs that also call this from changing the file meanwhile, by a lock on its folder, which leaves no trace.
+    """Locks the file's folder, so that other programs that call this function cannot change the file in the meantime. The lock leaves no
+    files behind.
 
-    Raises `FileFailed` if another program holds it for longer than `LOCK_WAIT_S`. A folder that does not exist or does not support
-    locks is not locked: the write reports its error.
+    Raises `FileFailed` if another program holds the lock for longer than `LOCK_WAIT_S`. A folder that does not exist or does not
+    support locks is not locked; the write then reports its error.
     """
     with contextlib.ExitStack() as held:
         with contextlib.suppress(OSError, RuntimeError):
@@ -121,7 +123,7 @@ def _take(descriptor: int) -> bool:
 
 
 def _settle(folder: Path) -> None:
-    """Writes the new name to the disk too, in addition to the contents."""
+    """Syncs the folder, so that the new name is on disk in addition to the contents."""
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -134,14 +136,14 @@ def _why(error: OSError | UnicodeDecodeError) -> str:
 
 
 XML_ERRORS = (ElementTree.ParseError, LookupError, ValueError)
-"""Errors of ElementTree for a file that is not XML; an encoding that expat leaves to Python causes one of the last two."""
+"""Errors that ElementTree raises for a file that is not XML; an encoding that expat leaves to Python causes one of the last two."""
 
 XML_DEPTH_MAX = 200
 """Maximum nesting depth of the elements of a model."""
 
 
 def is_too_deep(root: ElementTree.Element) -> bool:
-    """Returns whether the elements of a file are nested deeper than in any model: writing them would nest as many calls."""
+    """Returns whether the elements of a file are nested deeper than in any model; writing them would recurse as deeply."""
     left = [(root, 1)]
     while left:
         element, depth = left.pop()

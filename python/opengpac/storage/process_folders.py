@@ -12,7 +12,8 @@ from pathlib import Path
 
 
 def process_folder(purpose: str) -> Path:
-    """Returns the folder of this process for `purpose`, removed at its end. A forked child gets its own and does not touch its parent's."""
+    """Returns the folder of this process for `purpose`, which is removed when the process exits. A forked child gets its own folder, and
+    does not touch its parent's."""
     return _made(purpose, os.getpid())
 
 

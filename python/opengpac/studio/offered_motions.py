@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Motions that a page offers without any program: the library's verbs for joints and arms are registered in a system that has them.
+"""Motions that the studio offers without any action by the program: registers the library's verbs for joints and arms in systems that
+have them.
 
 Systems and devices are layered below the motions, so the package, which is layered above both, registers the motions here.
 """
@@ -13,14 +14,15 @@ _loaders: list[Callable[[], Callable[[Any, bool], None]]] = []
 
 
 def enters_with(load: Callable[[], Callable[[Any, bool], None]]) -> None:
-    """Registers a loader of the function that enters the motions for a device or an arm; it is called when a page offers motions."""
+    """Registers a loader for the function that registers the motions of a device or an arm. The loader is called when the studio offers
+    motions."""
     _loaders.append(load)
 
 
 def offer(system: Any, role: str) -> None:
-    """Enters the motions for the devices and arms that the system has, and for those that it gets, where the page may start them.
+    """Registers the motions of the system's current and future devices and arms, if the role of the studio's page may start them.
 
-    For a page that may only look, arms are described and nothing is entered.
+    For a page that only observes, arms are described, but no motion is registered.
     """
     if system.session is not None:
         return
@@ -30,7 +32,7 @@ def offer(system: Any, role: str) -> None:
 
 
 def offer_for(moved: Any) -> None:
-    """Enters the motions for a device or an arm, where its system has a page."""
+    """Registers the motions of a device or an arm if its system is shown in the studio."""
     if (role := moved.system._page_role) is not None:
         for load in _loaders:
             load()(moved, role != "observe")

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The studio: a page in a browser that shows a running system, and the commands that serve it. `docs/studio.md` is its manual.
 
-Threads of the real-time core serve the page, in this process or in the daemon's: it keeps working while Python is busy.
+Threads of the real-time core serve the page, in this process or in the daemon's, so that it remains responsive while Python is busy.
 """
 
 from __future__ import annotations
@@ -32,31 +32,31 @@ PAGE = Path(__file__).parents[1] / "studio_page"
 """Files of the page, as built by `npm run build` and shipped in the wheel."""
 
 ROLES = ("observe", "operate", "configure")
-"""Rights of the page: watch; start, halt and enable; install edited definitions."""
+"""Roles of the page, by increasing privileges: watch; start, halt and enable; install edited definitions."""
 
 _ANSWER_S = 10.0
 
 
 class Studio:
-    """Page of a system while it is served: its address, and a method to stop it. Made by `cell.studio()`."""
+    """Page of a system while it is served: its address, and methods to open and stop it. Returned by `cell.studio()`."""
 
     def __init__(self, system: str, url: str, role: str | None, server: _native.Server | None = None) -> None:
         self.system = system
         """Name of the displayed system."""
         self.url = url
-        """Address of the page, with the token of this run: a browser that has it has the rights of `role`."""
+        """Address of the page, with the token of this run; a browser that has the token has the permissions of `role`."""
         self.role = role
-        """`observe`, `operate` or `configure`; None if a daemon decides by the caller."""
+        """Role: `observe`, `operate` or `configure`; None if a daemon determines it from the caller."""
         self._server = server
         self._pointer: tempfile.TemporaryDirectory[str] | None = None
 
     @property
     def closed(self) -> bool:
-        """True if it was stopped."""
+        """True if the page is no longer served."""
         return not self.url
 
     def stop(self) -> None:
-        """Stops serving the page, and invalidates its token. Idempotent. A daemon's page continues."""
+        """Stops serving the page, and invalidates its token. Idempotent. Does not stop a daemon's page."""
         self.url = ""
         if self._server is not None:
             self._server.stop()
@@ -65,9 +65,9 @@ class Studio:
             self._pointer = None
 
     def open(self) -> bool:
-        """Opens the page in a browser of this machine; returns False if there is none, or no screen for it.
+        """Opens the page in a browser on this machine; returns False if there is no browser, or no display for it.
 
-        The address is passed in a file that only this user can read, because the command line of a browser is public.
+        The address is passed in a file that only this user can read, because the command line of a browser is visible to other users.
         """
         if not self.url or not _has_screen():
             return False
@@ -112,8 +112,8 @@ def serve(system: SystemObservation, port: int, role: str, audit: str | None = N
 
 
 def records_of_user() -> str | None:
-    """Creates and returns the default folder for recordings of a page, in `$XDG_DATA_HOME` or `~/.local/share`; None if it cannot be
-    created."""
+    """Returns the default folder for recordings of a page, in `$XDG_DATA_HOME` or `~/.local/share`; creates it if necessary. Returns
+    None if that fails."""
     try:
         folder = user_data() / "recordings"
         folder.mkdir(parents=True, exist_ok=True)
@@ -124,7 +124,8 @@ def records_of_user() -> str | None:
 
 
 def built(page: Path | None = None) -> Path:
-    """Returns the folder of the page's files. Raises `FileFailed` if they do not exist: a checkout in which the page was not built."""
+    """Returns the folder of the page's files. Raises `FileFailed` if they do not exist, as in a checkout in which the page has not been
+    built."""
     folder = page or PAGE
     if not (folder / "index.html").is_file():
         remedy = "build it in the sources with `make page`, which needs Node 20.19 or newer, or install a wheel, which contains it"
@@ -133,7 +134,8 @@ def built(page: Path | None = None) -> Path:
 
 
 def of_daemon(system: SystemObservation) -> Studio:
-    """Returns the page that a daemon serves itself. Raises `NotAllowed` if it has none, or its address is not reachable by a browser."""
+    """Returns the page that a daemon serves itself. Raises `NotAllowed` if the daemon serves no page, or if a browser cannot reach its
+    address."""
     session = system.session
     assert session is not None
     remedy = "start it with --listen 127.0.0.1:8777 --tokens FILE, or --studio, and open the address that it prints"
@@ -147,7 +149,7 @@ def of_daemon(system: SystemObservation) -> Studio:
 
 
 def _has_screen() -> bool:
-    """Returns whether a graphical browser is possible: without a screen it would be a text browser, in the program's terminal."""
+    """Returns whether a graphical browser can be opened; without a display, a text browser would open in the program's terminal."""
     return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
@@ -159,7 +161,7 @@ _SLICE_S = 0.2
 
 
 class _Shown(programs.Watcher):
-    """Serves the page of every system of the program."""
+    """Watcher that serves the page of every system of the program."""
 
     def __init__(self, given: argparse.Namespace) -> None:
         self.port: int = given.port
@@ -187,7 +189,7 @@ class _Shown(programs.Watcher):
 
 
 def add_to(commands: Any) -> None:
-    """Adds `studio` to the command `opengpac`."""
+    """Adds the command `studio` to `opengpac`."""
     parser = commands.add_parser("studio", help="run a program and serve the page of its system until Ctrl-C")
     parser.add_argument("--port", type=int, default=0, help="port of 127.0.0.1 (default: any that is free)")
     parser.add_argument("--role", choices=ROLES, default="operate", help="role of the page (default: operate)")

@@ -26,7 +26,7 @@ File = str | os.PathLike[str]
 
 @all_taking
 class Workspaces(TableDisplay, DeclaredNames):
-    """Workspaces of a system, `cell.workspaces`: names of layouts that programs ship and users store in the studio.
+    """Workspaces of a system, `cell.workspaces`: layouts, by name, that programs ship and users store in the studio.
 
     A layout is a JSON file, or an equivalent dictionary; `docs/workspaces.md` describes it.
     >>> import opengpac as gpac
@@ -44,10 +44,11 @@ class Workspaces(TableDisplay, DeclaredNames):
         return f"the workspaces of system '{self._system.name}'"
 
     def ship(self, workspace: File | Mapping[str, Any]) -> None:
-        """Enters a workspace that this program ships, replacing the one previously shipped under its name.
+        """Registers a workspace that this program ships; replaces the one previously shipped under its name.
 
-        `workspace` is a file, or its contents. All names in it must exist: verbs, verb instances, SVVs, physical devices; unknown
-        names are refused, each with the probable one, and nothing is entered. Also refused if a user has stored one of that name.
+        `workspace` is a file, or its contents. All names in it must exist: verbs, verb instances, SVVs, physical devices. Unknown
+        names are refused, each with a suggestion, and nothing is registered; a name under which a user has stored a workspace is
+        refused too.
         """
         given = read(workspace)
         self._check(given)
@@ -55,7 +56,7 @@ class Workspaces(TableDisplay, DeclaredNames):
             self._system._alive().ship_workspace(given)
 
     def check(self, workspace: File | Mapping[str, Any]) -> None:
-        """Raises the errors of a `workspace`: in its form, and unknown names. Enters nothing."""
+        """Raises the errors of a `workspace`: errors in its format, and unknown names. Registers nothing."""
         self._check(read(workspace))
 
     def _check(self, given: dict[str, Any]) -> None:
@@ -68,25 +69,25 @@ class Workspaces(TableDisplay, DeclaredNames):
                 raise _native.Refused(json.dumps(found))
 
     def withdraw(self, name: str) -> None:
-        """Removes the workspace `name` that a program has shipped. Raises `UnknownName` if there is none, `InUse` for one that a user
-        has stored."""
+        """Removes the workspace `name` that a program has shipped. Raises `UnknownName` if it does not exist, `InUse` if a user has
+        stored it."""
         with refusals:
             self._system._alive().withdraw_workspace(name)
 
     def forget(self, name: str) -> None:
-        """Removes the workspace `name` that a user has stored. Raises `UnknownName` if there is none, `InUse` for one that a program has
-        shipped."""
+        """Removes the workspace `name` that a user has stored. Raises `UnknownName` if it does not exist, `InUse` if a program has
+        shipped it."""
         with refusals:
             self._system._alive().forget_workspace(name)
 
     def save(self, name: str, path: File) -> None:
-        """Writes the workspace `name` to the file at `path`, for `ship`: a layout composed in the studio can thus be shipped with the
-        program."""
+        """Writes the workspace `name` to the file at `path`, in the format that `ship` reads, so that a program can ship a layout
+        composed in the studio."""
         text = json.dumps({"workspace": FORMAT, **self[name]}, indent=2, ensure_ascii=False) + "\n"
         files.write(files.path_of(path, "save"), text, "the workspace")
 
     def __getitem__(self, name: str) -> dict[str, Any]:
-        """Returns a workspace in the form of a file."""
+        """Returns a workspace as the contents of a file."""
         with refusals:
             return self._system._alive().workspace(name)
 
@@ -125,7 +126,7 @@ def _words(about: Mapping[str, Any]) -> list[str]:
 
 
 def read(workspace: File | Mapping[str, Any]) -> dict[str, Any]:
-    """Returns a workspace from a file or a mapping, without the version of its format. Raises `FileFailed` with the file and line."""
+    """Reads a workspace from a file or a mapping, and removes the format version. Raises `FileFailed` with the file and line."""
     given: Any = workspace
     at = "the workspace"
     if not isinstance(workspace, Mapping):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Symbolic models: makes a function block of a `casadi.Function` through CasADi's own C code. `gpac.casadi`."""
+"""Symbolic models: creates a function block from a `casadi.Function` through the C code that CasADi generates (`gpac.casadi`)."""
 
 from .block import CasadiBlock, casadi
 

@@ -25,7 +25,7 @@ DEFAULTS_MAX = 30
 
 @dataclass(frozen=True)
 class Side:
-    """Inputs or outputs of the function."""
+    """Inputs or outputs of the function, which form one side of the block."""
 
     given: Mapping[str, Given]
     side: Literal["input", "output"]
@@ -33,8 +33,8 @@ class Side:
 
 @dataclass(frozen=True)
 class Argument:
-    """Input or output number `index` of the function: its `item` in the block, or None if omitted; `rows` and `columns`; `places` of its
-    nonzero elements, by row, in CasADi's order; `back`, the input for which this output is the next value."""
+    """Input or output number `index` of the function: its `item` in the block, or None if omitted; `rows` and `columns`; `places`, the
+    positions of its nonzero elements, by row, in CasADi's order; `back`, the input for which this output is the next value."""
 
     index: int
     name: str
@@ -51,13 +51,13 @@ class Argument:
 
     @property
     def in_order(self) -> bool:
-        """True if CasADi's elements are those of the block, in the same order."""
+        """True if CasADi's elements are the block's elements, in the same order."""
         return self.places == tuple(range(self.size))
 
 
 @dataclass(frozen=True)
 class Arguments:
-    """Inputs and outputs of a function, each in its order."""
+    """Inputs and outputs of a function, in the function's order."""
 
     inputs: list[Argument]
     outputs: list[Argument]
@@ -77,7 +77,7 @@ def arguments_of(
     states: Mapping[str, str],
     initial: Mapping[str, Any],
 ) -> Arguments:
-    """Returns the inputs and outputs of a function, or refuses them."""
+    """Returns the inputs and outputs of a function; refuses a function that a block cannot represent."""
     ins = [str(function.name_in(i)) for i in range(function.n_in())]
     outs = [str(function.name_out(i)) for i in range(function.n_out())]
     for what, names, known in (
@@ -215,7 +215,7 @@ def _shape(rows: int, columns: int) -> tuple[int, ...]:
 
 
 def _constant(block: str, name: str, given: Constant) -> tuple[Any, str]:
-    """Returns the value of a parameter, and its unit if the text contains one."""
+    """Returns the value of a parameter, and its unit if it is a text with a unit."""
     if not isinstance(given, str):
         return given, ""
     number, _, unit = given.strip().partition(" ")
@@ -236,7 +236,7 @@ def _constant(block: str, name: str, given: Constant) -> tuple[Any, str]:
 
 
 def _default(block: str, name: str, shape: tuple[int, ...], given: Any) -> str:
-    """Returns the numbers of a default in C."""
+    """Formats the numbers of a default as C code."""
     try:
         values = np.asarray(given, dtype=float)
     except (TypeError, ValueError):

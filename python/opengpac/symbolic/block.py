@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""`gpac.casadi`: makes a function block of a `casadi.Function`. It is compiled once for each content, and cached for later processes."""
+"""Implements `gpac.casadi`: creates a function block from a `casadi.Function`. It is compiled once per content, and cached for later
+processes."""
 
 from __future__ import annotations
 
@@ -18,8 +19,8 @@ KIND = "casadi-blocks"
 
 
 class CasadiBlock(Block):
-    """Block of a symbolic function. Made by `gpac.casadi`. `function` is the `casadi.Function`, for comparison; `work_bytes` the stack
-    size of its work vectors."""
+    """Block of a symbolic function. Created by `gpac.casadi`. `function` is the `casadi.Function`, for comparison; `work_bytes` is the
+    stack size of its work vectors."""
 
     def __init__(self, interface: Mapping[str, Any], module: str, function: Any, work_bytes: int) -> None:
         super().__init__(interface, module)
@@ -42,16 +43,16 @@ def casadi(
     """A `casadi.Function` as a function block, translated by CasADi to C, which does not require CasADi at run time.
 
     Each input and output of the `function` is a port of its name: a scalar is `double`, a vector `double[n]`, a matrix
-    `double[n][m]`. `inputs` and `outputs` add details to some: name → unit, or `Input`, `Output` of `opengpac.python`. A scalar
-    output may be a `Condition`, which is reported if it is not 0. `parameters` are inputs that become parameters of the block, with
-    their defaults: 2.0, "2 N/m", `[1, 2]`. `states` feeds outputs back, `{"x": "x_next"}`: such an input starts at its value in
-    `initial`, else 0, and its output is a port if `outputs` names it. `name` is the block's, by default the function's, `doc` its
-    description.
+    `double[n][m]`. `inputs` and `outputs` add details for some of them: name → unit, or `Input`, `Output` of `opengpac.python`. A
+    scalar output may be a `Condition`, which is reported if it is not 0. `parameters` are inputs that become parameters of the block,
+    with their defaults: 2.0, "2 N/m", `[1, 2]`. `states` feeds outputs back, `{"x": "x_next"}`: such an input starts at its value in
+    `initial`, or 0, and its output is a port if `outputs` names it. `name` is the block's name, by default the function's; `doc` is
+    its description.
 
-    An invocation in which the function fails, such as a solver without a solution within its iterations, is fault 1 and publishes
-    nothing. `publish_unsolved=True` publishes the last iterate of a solver that stops early, for real-time iteration; solvers with
-    `error_on_fail` and infeasible quadratic programs are faults even then. Raises `DefinitionError` for a name, shape or word that
-    does not fit, for sparse inputs, and for a `function` that needs a library or its own memory at run time.
+    An invocation in which the function fails, such as one in which a solver does not converge within its iteration limit, is fault 1
+    and publishes nothing. `publish_unsolved=True` publishes the last iterate of a solver that stops early, for real-time iteration;
+    solvers with `error_on_fail` and infeasible quadratic programs are faults even then. Raises `DefinitionError` for an unsuitable
+    name, shape or word, for sparse inputs, and for a `function` that needs a library or its own memory at run time.
     >>> import casadi as ca
     >>> q = ca.SX.sym("q", 2)
     >>> tip = ca.Function("tip", [q], [ca.cos(q[0]) + ca.cos(ca.sum1(q))], ["q"], ["x"])
@@ -71,7 +72,7 @@ def casadi(
 
 
 def _library(function: Any) -> Any:
-    """Returns CasADi if the function belongs to it."""
+    """Returns the module `casadi` if the function belongs to it."""
     try:
         library = importlib.import_module("casadi")
     except ImportError as why:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""C code of a block: CasADi's output, and a `FUNCTION_BLOCK` that calls it. Work vectors are on the stack while it runs: none of them
-outlives an invocation, so instances share nothing and a fault leaves nothing behind."""
+"""C code of a block: CasADi's output, and a `FUNCTION_BLOCK` that calls it. Work vectors are on the stack and do not outlive an
+invocation, so instances share no state, and a fault leaves no state behind."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ _MACROS = {
     "FUNCTION_BLOCK", "TYPE", "fpclassify", "isfinite", "isgreater", "isgreaterequal", "isinf", "isless", "islessequal",
     "islessgreater", "isnormal", "isunordered", "report_value", "signbit", "va_arg", "va_copy", "va_end",
 }  # fmt: skip
-"""Function-like macros of the headers that generated C includes."""
+"""Function-like macros of the headers that the generated C code includes."""
 
 
 def named_for_c(function: Any) -> Any:
-    """Returns the function under a name valid in C: CasADi exports it by its own, which may be `sin` or `int`."""
+    """Returns the function under a name that is valid in C, because CasADi exports it under its own name, which may be `sin` or `int`."""
     name, library = str(function.name()), ctypes.CDLL(None)
     if _native.is_word_of_c(name) or name in _MACROS or name.startswith("casadi_") or hasattr(library, name):
         return function.slice(f"{name}_of_casadi", list(range(function.n_in())), list(range(function.n_out())))
@@ -36,7 +36,7 @@ def named_for_c(function: Any) -> Any:
 
 
 def generated(library: Any, function: Any, block: str, publish_unsolved: bool = False) -> str:
-    """Returns the C that CasADi generates for a function; refuses it if it cannot run in a block."""
+    """Returns the C code that CasADi generates for a function; refuses the function if it cannot run in a block."""
     try:
         generator = library.CodeGenerator("opengpac_casadi", {"with_header": False, "casadi_int": "long long int"})
         generator.add(function)
@@ -102,7 +102,7 @@ def source(name: str, doc: str, arguments: Arguments, text: str, function: Any) 
 
 
 def _taken(argument: Argument) -> list[str]:
-    """Returns the lines that pass an input to the function: in place, or copied in CasADi's order."""
+    """Returns the lines that pass an input to the function, either in place or copied in CasADi's order."""
     if argument.item is None:
         return []
     where = f"opengpac_arg[{argument.index}]"
@@ -118,7 +118,8 @@ def _taken(argument: Argument) -> list[str]:
 
 
 def _offered(argument: Argument) -> list[str]:
-    """Returns the lines that store a result in a temporary variable: the function may read a state and write its next value at once."""
+    """Returns the lines that store a result in a temporary variable, because the function may read a state and write its next value in
+    the same call."""
     if (argument.item is None and argument.back is None) or not argument.places:
         return []
     local = f"opengpac_out_{argument.index}"
@@ -126,7 +127,8 @@ def _offered(argument: Argument) -> list[str]:
 
 
 def _given(argument: Argument) -> list[str]:
-    """Returns the lines that store an output, and the next value of a state. Elements absent from the function's sparse output are 0."""
+    """Returns the lines that store an output, and the next value of a state. Elements that are missing from the function's sparse output
+    are 0."""
     if argument.item is not None and isinstance(argument.item.word, Condition):
         lines = [f"    if (opengpac_out_{argument.index}[0] != 0.0) report({argument.name});"] if argument.places else []
     else:
@@ -143,7 +145,7 @@ def _stored(argument: Argument, name: str) -> list[str]:
 
 
 def _pairs(argument: Argument) -> list[tuple[int, str]]:
-    """Returns the number of each of CasADi's elements, and its index in the block's array."""
+    """Returns pairs of the index of each of CasADi's elements and its index in the block's array."""
     if 1 in (argument.rows, argument.columns):
         vector = argument.size > 1
         return [(k, f"[{place}]" if vector else "") for k, place in enumerate(argument.places)]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the generated C of CasADi's solvers report non-convergence.
+"""Makes the C code generated for CasADi's solvers report non-convergence.
 
-CasADi's own evaluation reports it in `stats()["success"]`, or raises with `error_on_fail`. Its generated C has neither for
-`sqpmethod` and `fast_newton`: it returns 0 with the last iterate. The check is inserted here, at the lines that leave the iteration.
-A solver whose C lacks these lines is refused, since its failures would be published.
+CasADi's own evaluation reports it in `stats()["success"]`, or raises with `error_on_fail`. Its generated C code does neither for
+`sqpmethod` and `fast_newton`: it returns 0 with the last iterate. This module inserts the check at the lines that leave the
+iteration. A solver whose C code lacks these lines is refused, because results of failed runs would be published.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from typing import Any
 from ..errors import DefinitionError, refuse
 
 _HEADS = re.compile(r"^/\* (\w+):\(.*\*/$", re.MULTILINE)
-"""Comment before each generated function: its name and signature."""
+"""Comment that precedes each generated function: its name and signature."""
 
 
 def reporting(text: str, function: Any, block: str, publish_unsolved: bool = False) -> str:
-    """Returns the C of a function in which each solver without a solution returns non-zero. With `publish_unsolved`, only those with
-    `error_on_fail` do.
+    """Returns the C code of a function in which each solver without a solution returns non-zero. With `publish_unsolved`, only solvers
+    with `error_on_fail` do.
 
-    Raises `DefinitionError` for a solver whose C has no known place for that check.
+    Raises `DefinitionError` for a solver in whose C code the place for this check is unknown.
     """
     solvers = {(str(s.class_name()), str(s.name())): s for s in _solvers(function) if not publish_unsolved or _raises_on_failure(s)}
     for solver in solvers.values():
@@ -44,7 +44,8 @@ def reporting(text: str, function: Any, block: str, publish_unsolved: bool = Fal
 
 
 def _parts(text: str) -> list[tuple[str, str]]:
-    """Returns the text, split before each generated function, with the function's name; the part before the first has the name ''."""
+    """Splits the text before each generated function, and returns the parts, each with the function's name; the first part has the name
+    ''."""
     heads = list(_HEADS.finditer(text))
     starts = [0, *(head.start() for head in heads)]
     names = ["", *(head[1] for head in heads)]
@@ -59,27 +60,27 @@ def _solvers(function: Any) -> Iterator[Any]:
 
 
 def _raises_on_failure(function: Any) -> bool:
-    """Returns whether the option `error_on_fail` is set. CasADi shows it only in its serialization; returns True if it is not found
-    there."""
+    """Returns whether the option `error_on_fail` is set. CasADi exposes it only in its serialization; if it is not found there, returns
+    True."""
     key, text = _encoded("error_on_fail"), str(function.serialize({"debug": True}))
     _, _, rest = text.partition(key)
     return not rest.startswith(_encoded("b\0"))
 
 
 def _encoded(text: str) -> str:
-    """Returns text encoded as in CasADi's serialization: two letters a byte, the lower half first."""
+    """Returns text encoded as in CasADi's serialization: two letters per byte, low nibble first."""
     return "".join(chr(97 + (byte & 15)) + chr(97 + (byte >> 4)) for byte in text.encode())
 
 
 def _sqpmethod(part: str) -> str | None:
-    """Makes it a failure to leave the loop of `sqpmethod` by its number of iterations or by the length of its step."""
+    """Makes leaving the loop of `sqpmethod` because of the iteration limit or the step length a failure."""
     tests = re.compile(r"^( *if \(iter_count >= \d+(?: && iter_count >= \d+ && dx_norminf <= [^)]*)?\)) break;$", re.MULTILINE)
     part, n = tests.subn(r"\1 return 1;", part)
     return part if n == 2 else None
 
 
 def _fast_newton(part: str) -> str | None:
-    """Changes the loop of `fast_newton`, which ends early on convergence."""
+    """Changes the loop of `fast_newton`, which exits early on convergence, to report a failure otherwise."""
     part, n = re.subn(r"^( *)(/\* Get the solution \*/)$", r"\1if (!opengpac_converged) return 1;\n\1\2", part, flags=re.MULTILINE)
     part, m = re.subn(r"if \(casadi_newton\(&m\)\) break;", "if (casadi_newton(&m)) { opengpac_converged = 1; break; }", part)
     part, k = re.subn(r"^( *)casadi_int iter;$", r"\1casadi_int iter; int opengpac_converged = 0;", part, flags=re.MULTILINE)
@@ -87,10 +88,11 @@ def _fast_newton(part: str) -> str | None:
 
 
 def _qrqp(part: str) -> str | None:
-    """Makes `qrqp` fail if it finds no search direction: `sqpmethod` continues after its 4; -1000, for `error_on_fail`, ends that too."""
+    """Makes `qrqp` return -1000, its code for `error_on_fail`, if it finds no search direction, because `sqpmethod` would continue after
+    its own code 4."""
     known = re.search(r"^    return (?:-1000|-1);$", part, re.MULTILINE)
     return part.replace("    return 4;", "    return -1000;") if known and known[0].endswith("-1000;") else part if known else None
 
 
 _CHECKS: dict[str, Callable[[str], str | None]] = {"Sqpmethod": _sqpmethod, "FastNewton": _fast_newton, "Qrqp": _qrqp}
-"""Class of a solver → function that makes its C report a failure, or returns None if the C lacks the expected lines."""
+"""Functions, by solver class, that make the solver's C code report a failure; they return None if it lacks the expected lines."""

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Alarms: conditions reported to a person, until the cause is gone and a person has acknowledged them."""
+"""Alarms: conditions that are reported to a person until their cause has ended and they have been acknowledged."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ SEVERITIES = ("low", "medium", "high", "critical")
 
 @dataclass(frozen=True)
 class Shelving:
-    """One removal of an alarm from the list: `who` shelved it and the `reason`, from `time` `until` a time at most.
+    """One shelving of an alarm, which removes it from the list: `who` shelved it and the `reason`, from `time` to at most `until`.
 
-    Times are s of the system's clock, `wall` is the date of `time`. `ended`: time of its end, None while it lasts; `ended_by`: person
-    who ended it, empty if its time elapsed.
+    Times are in s of the system's clock; `wall` is the date of `time`. `ended` is the time of its end, None while it lasts;
+    `ended_by` is the person who ended it, empty if its time elapsed.
     """
 
     who: str
@@ -40,12 +40,12 @@ class Shelving:
 
 @dataclass(frozen=True)
 class Alarm:
-    """One alarm in its present state: `code`, `source` (verb, device or channel), `block`, `text`, `remedy`, `severity`, times and
+    """One alarm in its current state: `code`, `source` (verb, device or channel), `block`, `text`, `remedy`, `severity`, times and
     `count`.
 
-    `active`: its cause is present. `time`, `returned` and `acknowledged_at` are s of the system's clock, `wall` is the date of
-    `time`. `shelvable`: whether `shelve` accepts it. `shelvings`: its removals from the list, with person and reason, the latest
-    last.
+    `active` is True while its cause is present. `time`, `returned` and `acknowledged_at` are in s of the system's clock; `wall` is
+    the date of `time`. `shelvable` indicates whether `shelve` accepts it. `shelvings` are its shelvings, with person and reason,
+    latest last.
     """
 
     number: int
@@ -72,7 +72,7 @@ class Alarm:
 
     @property
     def state(self) -> str:
-        """`active`, `acknowledged` (and still active), `returned` (not acknowledged yet), `shelved`, or `over`."""
+        """State: `active`, `acknowledged` (and still active), `returned` (not acknowledged yet), `shelved`, or `over`."""
         if self.shelvings and self.shelvings[-1].ended is None:
             return "shelved"
         if self.active:
@@ -110,8 +110,8 @@ _TIMES = {"returned_ns": "returned", "acknowledged_ns": "acknowledged_at"}
 class Alarms(TableDisplay, DeclaredNames):
     """Alarms of a system, `cell.alarms`: those that are active or not acknowledged, in the order of their first occurrence.
 
-    Every end of a verb that raises, every device failure and the emergency stop raise one automatically; `define` adds your own. Each
-    access takes a copy of the alarms.
+    Every end of a verb that raises an exception, every device failure and the emergency stop raise an alarm automatically; `define`
+    adds user-defined ones. Each access takes a copy of the alarms.
     >>> import opengpac as gpac
     >>> cell = gpac.System("cell", clock="virtual")
     >>> cell.alarms.define("E101", "the magazine is empty", remedy="fill it", severity="low")
@@ -134,26 +134,27 @@ class Alarms(TableDisplay, DeclaredNames):
 
     @property
     def history(self) -> list[Alarm]:
-        """Past alarms, 1,000 at most, oldest first, including those of earlier lives of a restored system.
+        """Past alarms, at most 1,000, oldest first, including those from before a restart of a restored system.
 
-        Beyond that number the oldest alarms of the most frequent code are removed, so that a chattering alarm does not displace
-        others.
+        When the limit is exceeded, the oldest alarms of the most frequent code are removed, so that a chattering alarm does not
+        displace others.
         """
         return [_alarm(given) for given in self._described()["history"]]
 
     @property
     def dropped(self) -> int:
-        """Number of alarms removed before they were over: at most 1,000 are present. The log names each; they are in the history."""
+        """Number of alarms that were removed before they were over, because at most 1,000 are kept. The log names them, and the history
+        contains them."""
         return self._described().get("dropped", 0)
 
     @property
     def active(self) -> list[Alarm]:
-        """Alarms whose cause is present."""
+        """Alarms whose cause is still present."""
         return [alarm for alarm in self if alarm.active]
 
     @property
     def unacknowledged(self) -> list[Alarm]:
-        """Alarms that are not acknowledged yet."""
+        """Alarms that have not been acknowledged yet."""
         return [alarm for alarm in self if not alarm.acknowledged]
 
     @property
@@ -163,14 +164,14 @@ class Alarms(TableDisplay, DeclaredNames):
 
     @property
     def texts(self) -> Mapping[str, Mapping[str, str]]:
-        """Defined texts: code → text, remedy, severity."""
+        """Texts defined by `define`: code → text, remedy, severity."""
         return self._described()["texts"]
 
     def define(self, code: str, text: str, remedy: str = "", *, severity: str = "high") -> None:
-        """Defines an alarm of your own, with its `code`, `text` and `remedy`; redefining it affects later alarms.
+        """Defines an alarm with its `code`, `text` and `remedy`; redefining it affects later alarms.
 
-        `trip` raises it, or a verb's condition: `on("force.above", alarm="E101")`. `severity`: low, medium, high or critical. A code
-        used by the system itself (`following_error`) can be defined too: its text then precedes the system's.
+        The alarm is raised by `trip`, or by a verb's condition: `on("force.above", alarm="E101")`. `severity`: low, medium, high or
+        critical. A code used by the system itself (`following_error`) can be defined too: its text then precedes the system's.
         """
         for what, given in (("code", code), ("text", text), ("remedy", remedy)):
             if not isinstance(given, str):
@@ -186,23 +187,23 @@ class Alarms(TableDisplay, DeclaredNames):
             self._system._alive().raise_alarm(_text(code, "code"), _text(source, "source"), _text(text, "text"))
 
     def clear(self, code: str, *, source: str | None = None) -> bool:
-        """Reports that the cause of an alarm raised by `trip` is gone; returns whether it was active. It remains until it is
+        """Reports that the cause of an alarm raised by `trip` has ended; returns whether the alarm was active. It remains until it is
         acknowledged."""
         with refusals:
             return self._system._alive().clear_alarm(_text(code, "code"), source)
 
     def acknowledge(self, alarm: Alarm | int | None = None) -> int:
-        """Acknowledges one `alarm`, or all that are not shelved; returns the number acknowledged. An active one remains until its cause
-        is gone."""
+        """Acknowledges one `alarm`, or all that are not shelved; returns the number of alarms acknowledged. An active alarm remains
+        until its cause has ended."""
         which = None if alarm is None else _numbered(alarm, "acknowledge", ", or nothing for all")
         with refusals:
             return self._system._alive().acknowledge_alarms(which)
 
     def shelve(self, alarm: Alarm | int, reason: str, duration: Quantity) -> None:
-        """Removes an `alarm` from the list for a `duration` of the system's clock, 24 h at most, or until `unshelve`.
+        """Removes an `alarm` from the list for a `duration` of the system's clock, at most 24 h, or until `unshelve`.
 
-        It stays removed even if it recurs. Its `shelvings` record person, time and `reason`. Emergency stops, lost devices and
-        processors and the severity `critical` cannot be shelved: `NotAllowed`.
+        It stays shelved even if it recurs. Its `shelvings` record person, time and `reason`. Emergency stops, lost devices and
+        processors, and alarms of severity `critical` cannot be shelved: `NotAllowed`.
         """
         for_ns = duration_ns(duration, "the time of a shelving")
         with refusals:
@@ -223,7 +224,7 @@ class Alarms(TableDisplay, DeclaredNames):
         return any(alarm.code == code or alarm == code for alarm in self)
 
     def __getitem__(self, code: str | int) -> Alarm:
-        """Returns the newest alarm of that code, or the one of that number."""
+        """Returns the latest alarm with that code, or the alarm with that number."""
         alarms = list(self)
         found = [alarm for alarm in alarms if code in (alarm.code, alarm.number)]
         if not found:
@@ -249,7 +250,7 @@ class Alarms(TableDisplay, DeclaredNames):
 
 
 def _alarm_table(alarms: Iterable[Alarm]) -> Table:
-    """Returns alarms as a table: red while they are active."""
+    """Formats alarms as a table; active ones are red."""
     shown = [*alarms]
     rows = [(a.number, f"{a.time:.3f} s", a.severity, a.state, a.code, a.source, a.text, a.remedy, a.count) for a in shown]
     looks = ["bad" if a.active and not a.acknowledged else "warn" if a.active else "soft" for a in shown]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Transport of calls: a name and the JSON text of its arguments, independent of the connection to the system."""
+"""Transport for calls: each is a name and the JSON text of its arguments, regardless of the connection to the system."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from typing import Any
 
 
 class CallTransport:
-    """Transport of calls as texts, to an embedded system or a remote one."""
+    """Transport for calls as texts, to an embedded or a remote system."""
 
     __slots__ = ()
 
     def call(self, name: str, arguments_json: str = "", /) -> str:
-        """Makes a call, to its end; returns the JSON text of its answer. Signals are handled meanwhile."""
+        """Makes a call and waits until it is complete; returns the JSON text of its result. Signals are handled in the meantime."""
         raise NotImplementedError
 
     def begin(self, name: str, arguments_json: str, slice_ns: int, /) -> str | None:
-        """Makes the call like `call`, for at most this much real time; returns None if it has not finished. For calls that can be
-        repeated."""
+        """Like `call`, but waits for at most `slice_ns` of real time; returns None if the call has not finished. Only for calls that can
+        be repeated."""
         raise NotImplementedError
 
     def _ask(self, name: str, arguments: Mapping[str, Any] | None = None) -> Any:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Time of a system: its clock, and its advance by a program under the virtual clock."""
+"""Time of a system: its clock, and how a program advances it under the virtual clock."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class SystemTime:
 
     @property
     def now(self) -> float:
-        """Time of the system's clock, in s."""
+        """Current time of the system's clock, in s."""
         with refusals:
             return self._alive().now() * 1e-9
 
     def advance(self, duration: Quantity | None = None, *, until: Callable[[], Any] | None = None, within: Quantity = "60 s") -> None:
-        """Runs the firings in (now, now + `duration`], or until a predicate holds, `until=joint.sensed > 1.0`, under the virtual clock.
+        """Runs the firings in (now, now + `duration`] under the virtual clock, or until a predicate holds, `until=joint.sensed > 1.0`.
 
         With `until`, raises `TimeoutError` if it does not hold `within` that time.
         """

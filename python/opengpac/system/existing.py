@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Existing objects of a system, made by any program: instances, devices, sources, by name."""
+"""Objects that already exist in a system, regardless of the program that created them: instances, devices and sources, by name."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def _configuration(system: System) -> dict[str, Any]:
 
 
 def fill(system: System) -> None:
-    """Adds the existing processors, sources and physical devices to a system just connected."""
+    """Adds the existing processors, sources and physical devices to the object of a system to which the program has just connected."""
     there = _configuration(system)
     for name in there["processors"]:
         system.processors[name] = Processor(system, name)
@@ -52,7 +52,7 @@ def instance(system: System, name: str, verb: Verb[..., R] | None) -> VerbInstan
 
 
 def _verb(name: str) -> Any:
-    """Returns a verb of which only the name is known: its reports are plain, and it raises `Terminated`."""
+    """Returns a stand-in for a verb of which only the name is known. Its reports are of class `Report`, and it raises `Terminated`."""
 
     class Unwritten(Verb[..., Any]):
         def __init__(self) -> None:
@@ -86,14 +86,14 @@ def device(system: System, name: str, kind: type[D]) -> D:
 
 
 class _AsItIs:
-    """Prevents a class from being checked as a new definition: its type already exists in the system."""
+    """Marks a class that must not be checked as a new definition, because its type already exists in the system."""
 
     def __init_subclass__(cls, **_: Any) -> None:
         return
 
 
 def _kind(of: dict[str, Any]) -> type[LogicalDevice]:
-    """Returns a class for a device type known only from the system: its members, and no verb."""
+    """Returns a class, with members but without a verb, for a device type known only from the system."""
     members: dict[str, Any] = {"__doc__": of.get("doc") or None, "_definition": _Definition(of["name"], None, of["arbitration"], here())}
     for name, member in of["svvs"].items():
         members[name] = SvvMember(member["type_text"], member.get("unit", ""), None, member.get("history", 0), shared=member.get("shared"))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A process forked from one with a real-time system: it does not contain the system's threads, so it cannot use the system."""
+"""Forked processes. A fork does not inherit the threads of its parent's real-time system, so it cannot use that system."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _PARENT = os.getpid()
 
 
 class NotHere:
-    """Stands for a real-time system that runs in the parent process: every call is refused accordingly."""
+    """Stand-in for a real-time system that runs in the parent process; refuses every call with that reason."""
 
     def __init__(self, name: str, process: int) -> None:
         self._name, self._process = name, process
@@ -30,7 +30,7 @@ class NotHere:
 
 
 def known(system: System) -> None:
-    """Registers a system that a fork must handle."""
+    """Registers a system that becomes unusable in forked processes."""
     _systems.add(system)
 
 

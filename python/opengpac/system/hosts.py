@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Several hosts: the one that listens for others, and `opengpac join`, which adds a host to a system."""
+"""Systems with several hosts: a host that listens for others, and `opengpac join`, which adds a host to a system."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def options(
     token: str | None = None,
     clock_limit: Quantity | None = None,
 ) -> dict[str, Any]:
-    """Returns the options with which a host listens or joins, in the core's form."""
+    """Returns the options with which a host listens or joins, in the core's format."""
     files = {"authority": authority, "certificate": certificate, "key": key}
     given: dict[str, Any] = {what: str(Path(file).expanduser().absolute()) for what, file in files.items() if file is not None}
     if token is not None:
@@ -37,12 +37,12 @@ def options(
 
 
 def host_name() -> str:
-    """Returns this host's name, in letters valid for a host."""
+    """Returns this host's name, reduced to characters that are valid in a host name."""
     return "".join(c if c.isascii() and (c.isalnum() or c in "-_.") else "-" for c in platform.node())[:64] or "host"
 
 
 def add_to(commands: Any) -> None:
-    """Adds `join` to the command `opengpac`."""
+    """Adds the command `join` to `opengpac`."""
     join = commands.add_parser("join", help="run processors of a remote system (those with host=NAME) on this host")
     join.add_argument("--system", required=True, help="name of the system")
     join.add_argument(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Listings of a system: verbs of both classes, simple and composed, and their instances."""
+"""Listings of a system: its verbs, of both classes, simple and composed, and their instances."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ from ..values.tables import Table, TableDisplay
 
 
 class VerbEntry(NamedTuple):
-    """A verb entered in a system."""
+    """A verb registered in a system."""
 
     name: str
     supports: tuple[str, ...]
-    """Device types that it keeps running; empty if it acts on devices."""
+    """Device types that the verb keeps running; empty if it acts on devices."""
     simple: bool
-    """True if it has a single command list."""
+    """True if the verb has a single command list."""
     parts: Mapping[str, str]
-    """Parts of a composed verb: label → the original verb; including nested parts, `pick.grasp`."""
+    """Parts of a composed verb: label → original verb, including nested parts, `pick.grasp`."""
     command_lists: tuple[str, ...]
     doc: str
 
     @property
     def kind(self) -> str:
-        """`supports devices` (a servo), or `acts on devices`."""
+        """Kind: `supports devices` (a servo), or `acts on devices`."""
         return "supports devices" if self.supports else "acts on devices"
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Returns the headings of the line."""
+        """Returns the column headings of the entry."""
         return ("verb", "kind", "shape", "description")
 
     def row(self) -> tuple[str, ...]:
-        """Returns the entry's line of the listing."""
+        """Returns the entry as a row of the listing."""
         parts = ", ".join(label for label in self.parts if "." not in label)
         shape = ["composed of " + parts] if parts else []
         shape += ["simple"] if self.simple else [f"{len(self.command_lists)} command lists"]
@@ -42,22 +42,22 @@ class VerbEntry(NamedTuple):
 
 
 class InstanceEntry(NamedTuple):
-    """An existing verb instance."""
+    """A verb instance that exists in a system."""
 
     name: str
     verb: str
     state: str
     command_list: str
     device: str | None
-    """Logical device that it keeps running; None if it acts on devices."""
+    """Logical device that the instance keeps running; None if it acts on devices."""
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """Returns the headings of the line."""
+        """Returns the column headings of the entry."""
         return ("instance", "state", "list", "description")
 
     def row(self) -> tuple[str, ...]:
-        """Returns the entry's line of the listing."""
+        """Returns the entry as a row of the listing."""
         return (self.name, self.state, self.command_list, f"supports {self.device}" if self.device else "acts on devices")
 
 

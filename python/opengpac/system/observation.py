@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Observation of a system: its contents, its state, the durations of its blocks, its page. It does not disturb running verbs."""
+"""Observation of a system: its contents, its state, the durations of its blocks, and its page. It does not disturb running verbs."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 @all_taking
 class SystemObservation(TableDisplay):
-    """Observation of a `System`."""
+    """Methods of `System` for observation."""
 
     name: str
     closed: bool
@@ -42,13 +42,14 @@ class SystemObservation(TableDisplay):
 
     @property
     def statistics(self) -> Statistics:
-        """Returns firings, overruns, jitter and times of each source; instances; devices; the emergency stop. A notebook shows tables."""
+        """Returns firings, overruns, jitter and times of each source; instances; devices; and the emergency stop. A notebook shows them
+        as tables."""
         with refusals:
             return Statistics(self._alive().statistics())
 
     @property
     def fused(self) -> FusedBlocks:
-        """Returns the blocks that are fused, and those that are not, with the reason: see `fuse`. A notebook shows tables."""
+        """Returns the blocks that are fused, and those that are not, with the reasons: see `fuse`. A notebook shows them as tables."""
         with refusals:
             return FusedBlocks(self._alive().fused())
 
@@ -60,32 +61,33 @@ class SystemObservation(TableDisplay):
 
     @property
     def verbs(self) -> Listing[VerbEntry]:
-        """Returns the entered verbs: those that support devices and those that act on devices, simple and composed ones."""
+        """Returns the registered verbs, simple and composed: those that support devices, and those that act on devices."""
         with refusals:
             return verbs_of(self._alive().verbs())
 
     @property
     def instances(self) -> Listing[InstanceEntry]:
-        """Returns the existing verb instances, including those of devices, with the present command list of each."""
+        """Returns the existing verb instances, including those of devices, with the current command list of each."""
         return instances_of(self.statistics["instances"])
 
     def kept_reports(self) -> list[Report]:
-        """Returns the end reports that a remote system has kept for this session's name, oldest first: of instances that ended without a
-        wait. Each is returned once. An embedded system keeps none."""
+        """Returns the end reports that a remote system has kept for this session's name, oldest first. They belong to instances that
+        ended while no call was waiting for them. Each report is returned once. An embedded system keeps none."""
         return [] if self.session is None else self.session.kept_reports()
 
     # ---- values and time ----
 
     def read(self, *svvs: SVV[Any] | Channel) -> Snapshot:
-        """Returns one consistent snapshot of these SVVs, with its time: `q, v = cell.read(position, speed)`. A channel of a physical
-        device is read as it was last exchanged."""
+        """Returns one consistent snapshot of these SVVs, with its time: `q, v = cell.read(position, speed)`. For a channel of a physical
+        device, returns the value from the latest exchange."""
         for svv in svvs:
             if not isinstance(svv, SVV | Channel) or svv.system is not self:
                 refuse(CallError, f"system '{self.name}' cannot read {svv!r}", "pass SVVs and channels of this system")
         return snapshot(cast("System", self), svvs)
 
     def log(self, since: int = 0) -> Log:
-        """Returns conditions, faults, transitions and end reports, in the order of their occurrence; `since` a sequence number."""
+        """Returns conditions, faults, transitions and end reports in the order in which they occurred, starting at the sequence number
+        `since`."""
         since = whole(since, "the first sequence number of the log", 0, 2**63 - 1)
         with refusals:
             return Log(self._alive().log(since))
@@ -100,29 +102,29 @@ class SystemObservation(TableDisplay):
         split: int | str | None = None,
         keep: int | None = None,
     ) -> Recording:
-        """Starts a record in a new MCAP file at `path`: every value of SVVs, conditions, transitions, ends, commands, timing.
+        """Starts a recording in a new MCAP file at `path`: every value of SVVs, conditions, transitions, ends, commands, timing.
 
-        `svvs` names them, `["arm.*", "force"]`, all by default, including those made later; `cells=True` includes the private cells
-        of verb instances. It ends with `stop()`, as a context manager, or with the system; lost data are counted in its `lost`, and
-        control never waits for a disk. Under the virtual clock time waits for the recorder, so nothing is lost. With `replay=True`
-        the file also contains all external inputs, so that `opengpac replay` can run it again (docs/replay.md): it must start before
-        the first interrupt source is made, otherwise it is refused (InvalidState).
+        `svvs` selects SVVs, `["arm.*", "force"]`; by default all, including those created later. `cells=True` includes the private
+        cells of verb instances. The recording ends with `stop()`, at the end of a `with` block, or with the system; lost data are
+        counted in its `lost`, and control never waits for a disk. Under the virtual clock time waits for the recorder, so nothing is
+        lost. With `replay=True` the file also contains all external inputs, so that `opengpac replay` can run it again
+        (docs/replay.md): it must start before the first interrupt source is created, otherwise it is refused (`InvalidState`).
 
-        `split="500 MB"` ends a file at about that size (at least 1 MB) and continues in `run-2.mcap`, `run-3.mcap` and so on, without
-        a gap: each starts with the name, type and last value of every SVV and can be read alone. `keep=10` retains the ten newest
-        files (at least 2) and deletes the others. Neither can be combined with `replay=True`. A recording leaves 256 MiB of its disk
-        free, on a small disk a twentieth: beyond that the oldest files are deleted if `keep=` is set, otherwise it ends. For a remote
-        system `path` is a name in the daemon's folder, `opengpac rts --records FOLDER`.
+        `split="500 MB"` closes a file at about that size (at least 1 MB) and continues in `run-2.mcap`, `run-3.mcap` and so on,
+        without a gap: each starts with the name, type and latest value of every SVV, and can be read on its own. `keep=10` retains
+        the ten latest files (at least 2) and deletes the others. Neither can be combined with `replay=True`. A recording leaves 256
+        MiB of its disk free, or a twentieth of a small disk: below that, the oldest files are deleted if `keep=` is set, otherwise it
+        ends. For a remote system `path` is a name in the daemon's folder, `opengpac rts --records FOLDER`.
         """
         from ..recordings.recording import begin
 
         return begin(self, path, svvs, cells=cells, replay=replay, split=split, keep=keep)
 
     def block_times(self, source: Source | None = None, *, during: Quantity = "60 s") -> Table:
-        """Measures the duration of each block: a probe visits one block per firing, `during` this much real time (an hour at most).
+        """Measures the duration of each block: a probe measures one block per firing, for the real time `during` (at most an hour).
 
-        The table contains the results so far, so call it again later. The probe costs three clock readings per firing and changes no
-        computed values; times are real even under the virtual clock. `source`: only its blocks.
+        The table contains the results so far, so call it again later. The probe costs three clock readings per firing and does not
+        change any computed values; times are real even under the virtual clock. `source` limits it to the blocks of one source.
         """
         if source is not None and not isinstance(source, Source):
             refuse(
@@ -147,13 +149,14 @@ class SystemObservation(TableDisplay):
     ) -> Studio:
         """Serves the page that shows this system in a browser: `cell.studio().url` is its address, with a token of this run.
 
-        Threads of the core serve it on 127.0.0.1, at `port`, by default any free one; Python may be busy. `role` defines the rights
-        of the page: "observe" watches, "operate" also starts, halts and enables; `edit=True` lets it install definitions, the role
-        "configure". `open=True` opens it in a browser, if there is one. The log records the page's commands; `audit` names a file
-        that records them too. Further calls return the same page; it ends with `stop()`, as a context manager, and with the system.
+        Threads of the core serve it on 127.0.0.1, at `port`, by default any free one, even while Python is busy. `role` defines the
+        permissions of the page: "observe" watches, "operate" also starts, halts and enables; `edit=True` lets it install definitions,
+        the role "configure". `open=True` opens it in a browser, if there is one. The log records the page's commands; `audit` names a
+        file that records them too. Further calls return the same page; it ends with `stop()`, at the end of a `with` block, and with
+        the system.
 
-        For a remote system it is the page of its daemon, if that serves one. Raises `FileFailed` if the page was not built, `InUse`
-        if the port is in use, `InvalidState` if it is already served with another port or role.
+        For a remote system it is the page of its daemon, if the daemon serves one. Raises `FileFailed` if the page was not built,
+        `InUse` if the port is in use, `InvalidState` if it is already served with another port or role.
         """
         role = "configure" if edit and role == "operate" else role
         if edit and role != "configure":

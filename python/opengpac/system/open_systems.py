@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Open systems of this process, by name; those left open are closed when the interpreter exits."""
+"""Open systems of this process, by name. Systems left open are closed when the interpreter exits."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ _open: WeakValueDictionary[str, System] = WeakValueDictionary()
 
 
 def keep(system: System, key: str) -> None:
-    """Adds a system to the open ones; `key` is its name, or for a remote one its URL and session."""
+    """Adds a system to the open systems; `key` is its name, or, for a remote system, its URL and session."""
     _open[key] = system
 
 
 def forget(system: System) -> None:
-    """Removes a closed system, unless another of its name was made since."""
+    """Removes a closed system, unless another system with the same name has been created since."""
     if _open.get(system.name) is system:
         del _open[system.name]
 
@@ -34,7 +34,7 @@ def systems() -> list[System]:
 
 
 def running(name: Any, asked: Mapping[str, Any]) -> System | None:
-    """Returns the running system of that name, if it was requested with equal arguments. Raises `InUse` if it was not."""
+    """Returns the running system of that name, if it was requested with equal arguments. Raises `InUse` if the arguments differ."""
     last = _open.get(name) if isinstance(name, str) else None
     if last is None or not (instances := last._running()):
         return None
@@ -44,7 +44,7 @@ def running(name: Any, asked: Mapping[str, Any]) -> System | None:
 
 
 def close_last(name: str) -> None:
-    """Closes the system of that name, to be made again. Raises `InUse` while something runs in it."""
+    """Closes the system of that name, so that it can be created again. Raises `InUse` while a verb is running in it."""
     if (last := _open.get(name)) is None:
         return
     if instances := last._running():

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 _LOOK = 0.01
-"""Interval of attempts to reset an emergency stop, s."""
+"""Interval between attempts to reset an emergency stop, s."""
 
 
 @all_taking
@@ -40,7 +40,7 @@ class SystemCommands(SystemObservation):
 
     @property
     def override(self) -> float:
-        """Speed override of every motion of `gpac.motion` in this system, a fraction from 0 to 1; 0 holds. Changes are smooth."""
+        """Speed override of every motion of `gpac.motion` in this system, from 0 to 1; 0 holds all motions. Changes are smooth."""
         return self._svv("override").value if "override" in self.names["svvs"] else 1.0
 
     @override.setter
@@ -50,16 +50,17 @@ class SystemCommands(SystemObservation):
         self._svv("override").value = share
 
     def emergency_stop(self, reason: str) -> None:
-        """Ends every action, brings devices to their safe state and latches, recording the `reason`. It is not a certified safety
-        function."""
+        """Ends every action, brings devices to their safe state, and latches the stop; records the `reason`. It is not a certified
+        safety function."""
         with refusals:
             self._alive().emergency_stop(reason)
 
     def emergency_stop_input(self, channel: Channel, *, trips: bool = True) -> None:
-        """Stops like `emergency_stop` whenever `channel` reads true (`trips=False`: false, like a normally closed contact).
+        """Triggers an emergency stop whenever `channel` reads true; with `trips=False`, whenever it reads false, as for a normally
+        closed contact.
 
         Outputs of the channel's own source are safe from the write in the firing that read it, those of other sources from their next
-        firing. Loss of the channel's device also stops.
+        firing. Loss of the channel's device also triggers the stop.
         """
         if not isinstance(channel, Channel):
             refuse(
@@ -71,11 +72,12 @@ class SystemCommands(SystemObservation):
             self._alive().emergency_stop_input(channel.device.name, channel.name, not trips)
 
     def reset(self, within: Quantity | None = None) -> dict[str, str]:
-        """Resets an emergency stop, and reopens lost devices. Everything remains disabled, and nothing resumes.
+        """Resets an emergency stop, and reopens lost devices. Everything remains disabled, and no action resumes.
 
         Returns the physical devices that are still lost, each with the reason; empty if there are none.
 
-        Raises `EmergencyStopped`, naming a cause, while one is present: immediately, or if it persists `within` that time.
+        Raises `EmergencyStopped`, which names a cause, while one is present: immediately, or, with `within`, if it persists for that
+        time.
         """
         native = self._alive()
         with refusals:
@@ -96,9 +98,9 @@ class SystemCommands(SystemObservation):
                 time.sleep(_LOOK)
 
     def pause(self, *devices: LogicalDevice) -> list[str]:
-        """Suspends every action on all `devices`, or on these; returns the names of the instances, once they are suspended.
+        """Suspends every action on all devices, or only on these `devices`; returns the names of the instances, once they are suspended.
 
-        Verbs that keep devices running, such as servos, continue. Verbs started meanwhile are held back until `resume`.
+        Verbs that keep devices running, such as servos, continue. Verbs started in the meantime are held back until `resume`.
         """
         with refusals:
             return self._alive().pause(_names(devices, "pause"))
@@ -106,19 +108,20 @@ class SystemCommands(SystemObservation):
     def resume(self, *devices: LogicalDevice) -> list[str]:
         """Ends a pause, completely or for these `devices`; returns the names of the instances that resume or start.
 
-        An instance that was suspended by a call of its own stays suspended.
+        An instance that was suspended by a separate call stays suspended.
         """
         with refusals:
             return self._alive().resume_program(_names(devices, "resume"))
 
     @property
     def paused(self) -> bool | list[str]:
-        """True if the program is paused, or the names of the paused devices."""
+        """True if the whole program is paused; otherwise the names of the paused devices, if any."""
         return self.statistics["paused"]
 
     @property
     def mode(self) -> str:
-        """`automatic`, or `manual`: only verbs declared with `manual=True` start. Setting it is refused while an action runs."""
+        """Mode: `automatic`, or `manual`, in which only verbs declared with `manual=True` start. Setting it is refused while an action
+        runs."""
         with refusals:
             return self._alive().mode()
 
@@ -134,7 +137,8 @@ class SystemCommands(SystemObservation):
             self._alive().set_mode(mode)
 
     def enabling_switch(self, channel: Channel) -> None:
-        """Sets the channel that is true while a person holds the enabling switch: in manual mode actions start, and continue, only then."""
+        """Sets the channel that is true while a person holds the enabling switch; in manual mode, actions start and continue only while
+        it is true."""
         if not isinstance(channel, Channel):
             refuse(
                 CallError, f"an enabling switch must be a channel of a physical device, not {channel!r}", "pass io['switch'], for example"
@@ -168,16 +172,16 @@ class SystemCommands(SystemObservation):
         return _forced(cast("System", self))
 
     def scan_devices(self, kind: str | None = None, **options: Any) -> Found:
-        """Searches for devices that a driver could open, on the host of this system; nothing moves. `kind` and `options` are those of
-        `gpac.drivers.scan`.
+        """Searches for devices that a driver could open, on the host of this system, without moving any machine. `kind` and `options`
+        are as in `gpac.drivers.scan`.
 
-        For a remote system it requires the role `configure`, since it opens ports there.
+        For a remote system this requires the role `configure`, because it opens ports there.
         """
         return searched(on_host_of(self._alive()), kind, options)
 
     @property
     def alarms(self) -> Alarms:
-        """Alarms for a person's attention: active or not yet acknowledged."""
+        """Alarms that require attention: active or not yet acknowledged."""
         return Alarms(cast("System", self))
 
     @property

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processes for special purposes: the commands with which this installation starts them."""
+"""Commands by which this installation starts processes for special purposes."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ sys.exit(getattr(native, sys.argv[2])())
 
 
 def command(entry: str) -> list[str]:
-    """Returns the command of a process that calls `_native.ENTRY()` and ends when that returns; a returned text is the reason for
-    failure."""
+    """Returns the command for a process that calls `_native.ENTRY()` and exits when that returns; if it returns a text, that is the
+    reason for the failure."""
     return [sys.executable, "-I", "-S", "-c", _BODY, _native.__file__, entry]
 
 
 def command_with_package(entry: str) -> list[str]:
-    """Returns the command of a process that also needs the package, such as one that runs a driver in Python."""
+    """Returns the command for a process that also needs the package, such as one that runs a driver in Python."""
     return [sys.executable, "-c", "import sys; from opengpac import _native; sys.exit(getattr(_native, sys.argv[1])())", entry]
 
 
 def processes_json() -> dict[str, object]:
-    """Returns the commands for processes of processors, in the system's form."""
+    """Returns the commands that start the processes of processors, in the format that the system expects."""
     return {"command": command("run_processor"), "guard": command("run_guard"), "replay": command("run_replay"), "python": sys.executable}

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Processors, on which interrupt sources are made and drivers opened."""
+"""Processors, on which interrupt sources are created and drivers opened."""
 
 from __future__ import annotations
 
@@ -24,17 +24,18 @@ if TYPE_CHECKING:
 class Processor(TableDisplay, DeclaredNames):
     """A real-time processor: one instruction stream, with interrupt sources and the physical devices that it can reach.
 
-    Made by `cell.processor("rtp0")`.
+    Created by `cell.processor("rtp0")`.
     """
 
     def __init__(self, system: System, name: str, apart: bool | None = None) -> None:
         self.system = system
         self.name = name
         self.apart = apart
-        """True if it has a process of its own, here or on another host; None if another program has made it."""
+        """True if the processor has a separate process, here or on another host; None if another program has created it."""
 
     def timer(self, name: str, period: Quantity, priority: int = 50, *, virtual_cost: Quantity = 0) -> Source:
-        """Makes a timer: it releases at the multiples of `period` from the epoch. A larger `priority` (1 to 98) preempts a smaller one.
+        """Creates a timer, which releases at the multiples of `period` from the epoch. A larger `priority` (1 to 98) preempts a smaller
+        one.
 
         `name` is unique within the processor. `virtual_cost` is the duration of each of its firings under the virtual clock, so that
         sources of higher priority preempt it there; on the monotonic clock it has no effect. Raises `ValueRefused` for a period (at
@@ -43,21 +44,21 @@ class Processor(TableDisplay, DeclaredNames):
         return self._source(name, "timer", span_ns(period, f"the period of timer '{name}'"), priority, virtual_cost)
 
     def trigger(self, name: str, priority: int = 50, *, virtual_cost: Quantity = 0) -> Source:
-        """Makes a source that a device event or `request()` raises; it runs the blocks that are placed on it.
+        """Creates a source that is raised by a device event or by `request()`; it runs the blocks that are placed on it.
 
-        `name`, `priority` and `virtual_cost` are those of `timer`.
+        `name`, `priority` and `virtual_cost` are as in `timer`.
         """
         return self._source(name, "trigger", 0, priority, virtual_cost)
 
     def software(self, name: str, priority: int = 50, *, virtual_cost: Quantity = 0) -> Source:
-        """Makes a source that other processors raise: its blocks take their values synchronously.
+        """Creates a source that other processors raise; its blocks take the values of those processors synchronously.
 
-        `name`, `priority` and `virtual_cost` are those of `timer`.
+        `name`, `priority` and `virtual_cost` are as in `timer`.
         """
         return self._source(name, "software", 0, priority, virtual_cost)
 
     def physical_device(self, name: str, driver: Driver, exchange: Source) -> PhysicalDevice:
-        """Opens a `driver` as the physical device of that `name`.
+        """Opens a `driver` as the physical device `name`.
 
         Its channels are read at the start of each firing of `exchange` and written at its end. Raises `DeviceFailed` if it cannot be
         opened, `InUse` if another device has that name.

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Runs a user's program for a command: like Python, but reports every system that it makes to the command."""
+"""Runs a user's program for a command, as Python would, but reports every system that the program creates to the command."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def add_to(parser: argparse.ArgumentParser, **of_program: Any) -> None:
-    """Adds the program and its arguments, at the end of a command."""
+    """Adds the program and its arguments as the last arguments of a command line."""
     parser.add_argument("program", **of_program)
     parser.add_argument("arguments", nargs=argparse.REMAINDER)
     parser.set_defaults(_command=parser)
@@ -28,7 +28,7 @@ def beside(program: str) -> None:
 
 
 def run(given: argparse.Namespace, name: str = "__main__") -> dict[str, Any]:
-    """Runs the program to its end, as the module `name`; returns its global names."""
+    """Runs the program to completion, as the module `name`; returns its global names."""
     _note_options_behind(given)
     beside(given.program)
     sys.argv = [given.program, *given.arguments]
@@ -36,7 +36,7 @@ def run(given: argparse.Namespace, name: str = "__main__") -> dict[str, Any]:
 
 
 def _note_options_behind(given: argparse.Namespace) -> None:
-    """Notes that options after the program belong to it, if the command has an option of the same name."""
+    """Prints a note that options after the program are passed to the program, if the command has an option with the same name."""
     behind = {word.split("=", 1)[0] for word in given.arguments}
     for action in given._command._actions:
         meant = behind.intersection(action.option_strings)
@@ -46,13 +46,13 @@ def _note_options_behind(given: argparse.Namespace) -> None:
 
 
 class Watcher:
-    """Actions of a command on the systems of the program that it runs."""
+    """Hooks of a command for the systems of the program that it runs."""
 
     def made(self, system: System) -> None:
-        """Called when the program has made a system; nothing is configured yet."""
+        """Called when the program has created a system, before anything is configured in it."""
 
     def left(self, system: System) -> None:
-        """Called when the program leaves the system in order; the system is closed when this returns."""
+        """Called when the program leaves the system normally; the system is closed when this returns."""
 
 
 _watchers: list[Watcher] = []
@@ -60,7 +60,7 @@ _watchers: list[Watcher] = []
 
 @contextmanager
 def watched(by: Watcher) -> Iterator[None]:
-    """Reports the systems of this process to a watcher meanwhile."""
+    """Reports the systems of this process to a watcher during the `with` block."""
     _watchers.append(by)
     try:
         yield
@@ -75,6 +75,6 @@ def made(system: System) -> None:
 
 
 def left(system: System) -> None:
-    """Reports to the watchers that a system is left in order."""
+    """Reports to the watchers that a program is leaving a system normally."""
     for watcher in _watchers:
         watcher.left(system)

@@ -15,9 +15,10 @@ if TYPE_CHECKING:
 
 
 class Source(DeclaredNames):
-    """An interrupt source. Made by `processor.timer`, `processor.trigger` and `processor.software`.
+    """An interrupt source. Created by `processor.timer`, `processor.trigger` and `processor.software`.
 
-    `name` is `processor.source`, `kind` `timer`, `trigger` or `software`; `period` is that of a timer, in s, else 0; `priority` is 1 to 98.
+    `name` is `processor.source`; `kind` is `timer`, `trigger` or `software`; `period` is the period of a timer, in s, otherwise 0;
+    `priority` is 1 to 98.
     """
 
     def __init__(self, system: System, processor: Processor, name: str, kind: str, period_ns: int, priority: int) -> None:
@@ -29,7 +30,7 @@ class Source(DeclaredNames):
         self.priority = priority
 
     def request(self) -> None:
-        """Raises a trigger or software source: one request to its processor to work."""
+        """Raises a trigger or software source, which requests one firing from its processor."""
         with refusals:
             self.system._alive().request(self.name)
 
@@ -45,7 +46,7 @@ class Source(DeclaredNames):
 
 
 def placement_json(placement: Mapping[Any, Any]) -> dict[str, str]:
-    """Returns pattern → source, in the model's form."""
+    """Returns a placement, pattern → source, in the model's format."""
     placed: dict[str, str] = {}
     for pattern, source in placement.items():
         if not isinstance(source, Source):

@@ -15,15 +15,15 @@ def _time(ns: float) -> str:
 
 
 def _median(source: Mapping[str, Any], what: str) -> str:
-    """Returns the median from bins by powers of two, whose upper end may exceed the maximum."""
+    """Returns the median from a histogram with bins at powers of two; the upper end of a bin may exceed the maximum."""
     return _time(min(source[f"{what}_median_ns"], source[f"{what}_max_ns"]))
 
 
 class Statistics(dict[str, Any], TableDisplay):
-    """Firings, overruns, jitter and times of each source; instances; devices; the emergency stop."""
+    """Statistics: firings, overruns, jitter and times of each source; instances; devices; the emergency stop."""
 
     def sources(self) -> Table:
-        """Interrupt sources: number, lateness and duration of their firings."""
+        """Table of interrupt sources, with the number, lateness and duration of their firings."""
         rows = [
             (
                 name, s["firings"], s["overruns"], s["late"], s["faults"], _median(s, "jitter"), _time(s["jitter_max_ns"]),
@@ -36,7 +36,7 @@ class Statistics(dict[str, Any], TableDisplay):
         return Table("interrupt sources", head, rows, looks)
 
     def blocks(self, source: str | None = None) -> Table:
-        """Returns the blocks that a probe has visited, sorted by their fraction of the time of their source's firings."""
+        """Returns the blocks that a probe has measured, sorted by their share of the time of their source's firings."""
         found = [(name, b) for name, s in self["sources"].items() for b in s.get("blocks", []) if source in (None, name)]
         found.sort(key=lambda entry: -entry[1]["mean_ns"])
         rows = [
@@ -49,19 +49,19 @@ class Statistics(dict[str, Any], TableDisplay):
         return Table("block times", ["instance", "block", "source", "mean", "max", "last", "samples"], rows)
 
     def instances(self) -> Table:
-        """Verb instances."""
+        """Table of verb instances."""
         rows = [(i["name"], i["state"], i["list"], i["owner"] or "") for i in self["instances"]]
         looks = ["good" if i["state"] == "running" else "warn" if i["state"] == "suspended" else "" for i in self["instances"]]
         return Table("verb instances", ["instance", "state", "list", "supports"], rows, looks)
 
     def devices(self) -> Table:
-        """Logical devices, and lost physical ones."""
+        """Table of logical devices and of lost physical devices."""
         rows = [*self["devices"].items(), *((name, "lost") for name, p in self["physical_devices"].items() if p["lost"])]
         looks = ["bad" if state in ("fault", "lost") else "good" if state in ("standstill", "moving") else "soft" for _, state in rows]
         return Table("devices", ["device", "state"], rows, looks)
 
     def counters(self) -> Table:
-        """Returns the counters of the drivers of physical devices: lost frames, late answers."""
+        """Table of the counters of physical devices' drivers: lost frames, late answers."""
         rows = [(name, *counter) for name, p in self["physical_devices"].items() for counter in p.get("counters", {}).items()]
         return Table("counters of drivers", ["device", "counter", "value"], rows)
 
@@ -72,7 +72,7 @@ class Statistics(dict[str, Any], TableDisplay):
 
 
 class Names(dict[str, Any], TableDisplay):
-    """Names of all objects in a system, by kind."""
+    """Names of all objects in a system, grouped by kind."""
 
     def _table(self) -> Table:
         listed = {kind: [found] if isinstance(found, str) else found for kind, found in self.items() if found}
@@ -87,19 +87,20 @@ def _short(name: Any) -> str:
 class FusedBlocks(dict[str, Any], TableDisplay):
     """Blocks that are fused, and those that are not, with the reason: see `System.fuse`.
 
-    `on`; `waiting`, the number of groups not compiled yet; `groups`, each with its `source`, its `blocks`, whether they are `fused`,
-    and otherwise `why` not; `single`, each `block` that cannot be fused, and `why`.
+    `on` indicates whether fusing is on; `waiting` is the number of groups that have not been compiled yet; `groups` contains for each
+    group its `source`, its `blocks`, whether they are `fused`, and otherwise the reason, `why`; `single` contains each `block` that
+    cannot be fused, and the reason, `why`.
     """
 
     def groups(self) -> Table:
-        """Groups of blocks that are always due together, some of which read values that others store."""
+        """Table of groups of blocks that are always due together, some of which read values that others store."""
         state = ["fused" if g["fused"] else g["why"] or "not fused" for g in self["groups"]]
         rows = [(g["source"], ", ".join(g["blocks"]), len(g["blocks"]), how) for g, how in zip(self["groups"], state, strict=True)]
         looks = ["good" if g["fused"] else "warn" if g["why"] else "" for g in self["groups"]]
         return Table("groups of blocks", ["source", "blocks", "number", "state"], rows, looks)
 
     def single(self) -> Table:
-        """Blocks that cannot be fused."""
+        """Table of blocks that cannot be fused."""
         return Table("blocks that cannot be fused", ["block", "why"], [(b["block"], b["why"]) for b in self["single"]])
 
     def _table(self) -> Tables:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""State vector variables: a typed current value, and a history on request."""
+"""State vector variables: a typed current value, and optionally a history."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ T = TypeVar("T")
 
 
 class Predicate:
-    """Comparison of an SVV with a value: `cell.advance(until=joint.sensed > 1.0)` evaluates it after each firing.
+    """Comparison of an SVV with a value; `cell.advance(until=joint.sensed > 1.0)` evaluates it after each firing.
 
-    Made by comparing an SVV; `&`, `|` and `~` join predicates.
+    Created by comparing an SVV; `&`, `|` and `~` combine predicates.
     """
 
     def __init__(self, ask: Callable[[], bool], text: str) -> None:
@@ -54,17 +54,17 @@ class Predicate:
 
 
 class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
-    """A state vector variable. `value`, `number` and `time` are its newest publication; setting `value` writes it.
+    """A state vector variable. `value`, `number` and `time` are those of its latest publication; setting `value` writes it.
 
-    Made by `cell.svv(...)`, and by each logical device for the members of its type.
+    Created by `cell.svv(...)`, and by each logical device for the members of its type.
 
     `value` has the shape of its C type: a number or bool, an array of shape (3,) for `double[3]`, a structured value for a struct;
     its numbers are in `unit`. If the type is a number, a text with a unit can be stored, `"30 deg"`. `number` counts the publications
-    from 0, `time` is in s of the system's clock. `history[-100:]` is a structured array, shape (n,), of the last values with
+    from 0, `time` is in s of the system's clock. `history[-100:]` is a structured array, shape (n,), of the most recent values with
     `number`, `time` (s) and `value`. A comparison, `svv > 1.0`, is a predicate for `cell.advance(until=...)`. The object refers to
-    the SVV for which it was made: one made again under the name of a deleted one is different, and must be requested again.
+    the SVV for which it was created; an SVV created later under the name of a deleted one is different, and must be requested again.
 
-    Storing raises `ValueRefused` for another shape and for a number that is not finite, `UnitMismatch`, `OutOfRange` outside
+    Storing raises `ValueRefused` for a value of the wrong shape or a number that is not finite, `UnitMismatch`, `OutOfRange` outside
     `within`, and `SecondWriter` while a verb instance writes it; every access raises `UnknownName` once it is deleted.
     """
 
@@ -80,12 +80,12 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
 
     @property
     def _asked(self) -> str:
-        """Name with the SVV's number, by which the system checks that it still is the same SVV."""
+        """Name with the SVV's number, by which the system checks that it is still the same SVV."""
         number = self._about.get("id")
         return self.name if number is None else f"{self.name}@{number}"
 
     def _named(self) -> str:
-        """Returns the name for binding a verb. Refuses if another SVV of that name was made since."""
+        """Returns the name by which a verb binds the SVV. Refuses if another SVV with that name has been created since."""
         known = self.system._svvs.get(self.name, self)
         if known is not self and known._asked != self._asked:
             refuse(UnknownName, f"this SVV '{self.name}' was deleted, and another one now has its name", "use the newest one")
@@ -95,7 +95,7 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
         return {"svv": self._named()}
 
     def _is_there(self) -> bool:
-        """Returns whether the SVV still exists; another of its name does not count."""
+        """Returns whether the SVV still exists; another SVV with the same name does not count."""
         try:
             with refusals:
                 self.system._alive().svv_about(self._asked)
@@ -115,12 +115,12 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
 
     @property
     def type(self) -> str:
-        """C type."""
+        """C type of the value."""
         return self._about["type_text"]
 
     @property
     def unit(self) -> str:
-        """Unit, or an empty text."""
+        """Unit of the value, or an empty text."""
         return self._about["unit"]
 
     def _read(self) -> tuple[Any, int, float]:
@@ -130,13 +130,13 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
 
     @property
     def value(self) -> T:
-        """Newest published value."""
+        """Latest published value."""
         value, number, time = self._read()
         self._know(number, time)
         return value
 
     def _know(self, number: int, time: float) -> None:
-        """Refuses a reading of a device that was never enabled: no value was read from it."""
+        """Refuses to read a member of a device that was never enabled, because no value has been read from the machine."""
         device = self._reading_of
         if device is not None and number == 0 and time == 0.0 and device.state == "disabled" and not checking.active():
             refuse(NotEnabled, f"cannot read '{self.name}': '{device.name}' was never enabled, so its value is unknown", "enable it first")
@@ -148,21 +148,21 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
 
     @property
     def number(self) -> int:
-        """Number of the newest publication."""
+        """Number of the latest publication."""
         return self._read()[1]
 
     @property
     def time(self) -> float:
-        """Release time of the newest publication, in s of the system's clock."""
+        """Release time of the latest publication, in s of the system's clock."""
         return self._read()[2]
 
     @property
     def history(self) -> History:
-        """Earlier values that are kept."""
+        """Previous values that have been kept."""
         return History(self)
 
     def delete(self) -> None:
-        """Deletes the SVV; refused while anything is bound to it."""
+        """Deletes the SVV; refused while a verb or device is bound to it."""
         with refusals:
             self.system._alive().delete_svv(self._asked)
 
@@ -211,7 +211,7 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
 
 
 class History:
-    """Last values of an SVV; an index or a slice returns a structured array of `number`, `time` (s) and `value`."""
+    """Most recent values of an SVV. An index or a slice returns a structured array of `number`, `time` (s) and `value`."""
 
     def __init__(self, svv: SVV[Any]) -> None:
         self._svv = svv
@@ -252,7 +252,7 @@ class Snapshot(tuple[Any, ...]):
 
 
 def snapshot(system: System, svvs: tuple[SVV[Any] | Channel, ...]) -> Snapshot:
-    """Returns one consistent reading of these SVVs and channels."""
+    """Takes one consistent snapshot of these SVVs and channels."""
     time_ns, rows = rows_of(system, svvs)
     for svv, (_, number, row_ns) in zip(svvs, rows, strict=True):
         if isinstance(svv, SVV):
@@ -264,7 +264,7 @@ def snapshot(system: System, svvs: tuple[SVV[Any] | Channel, ...]) -> Snapshot:
 
 
 def rows_of(system: System, svvs: Sequence[SVV[Any] | Channel]) -> tuple[int, list[tuple[Any, int, int]]]:
-    """Reads these at one time: returns that time in ns, and value, number and time (ns) of each."""
+    """Reads SVVs and channels in one consistent snapshot. Returns its time in ns, and the value, number and time (ns) of each."""
     with refusals:
         time_ns, rows = system._alive().read([each._asked for each in svvs])
     return time_ns, [(svv._decode(data), number, at_ns) for svv, (data, number, at_ns) in zip(svvs, rows, strict=True)]

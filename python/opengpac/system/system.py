@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A real-time system, embedded in this process or remote: its configuration, its SVVs, its time."""
+"""A real-time system, embedded in this process or remote: its configuration, its SVVs, and its time."""
 
 from __future__ import annotations
 
@@ -53,23 +53,23 @@ _logger = logging.getLogger("opengpac")
 
 @all_taking
 class System(SystemCommands, SystemTime, DeclaredNames):
-    """A real-time system in this process, called `name`. `clock="virtual"` makes time a number that the program advances: for tests.
+    """A real-time system in this process, called `name`. With `clock="virtual"`, time is a number that the program advances, for tests.
 
     `interconnect="message"` carries connections over an in-memory message link with injectable faults, for tests; `seed` determines
-    preemptions and faults under the virtual clock. `restore` is a file that `save` wrote in an earlier life; if it does not exist
-    yet, nothing is restored. `adopt=True` searches for processors in separate processes that have lost a system of this name: their
-    verbs continue after `take_over()`. `progress=True` shows the progress of waiting calls, `False` never does; by default it is
-    shown at a terminal. As a context manager, it halts the actions at the end, then disables the devices.
+    preemptions and faults under the virtual clock. `restore` is a file that `save` wrote in an earlier run; if it does not exist yet,
+    nothing is restored. `adopt=True` searches for processors in separate processes that have lost a system of this name: their verbs
+    continue after `take_over()`. `progress=True` shows the progress of waiting calls, `False` never does; by default it is shown at a
+    terminal. As a context manager, it halts the actions on exit, then disables the devices.
 
-    Notebook cells may be run again: a system made again is rebuilt if nothing runs in it; otherwise it is the same one, and so are
-    its processors, sources, physical devices, SVVs and arms if their arguments are equal. Different arguments raise `InUse`, with the
-    differences.
+    Notebook cells may be run again: a system that is created again is rebuilt if no verb is running in it; otherwise the same system
+    is returned, and so are its processors, sources, physical devices, SVVs and arms if their arguments are equal. Different arguments
+    raise `InUse`, with the differences.
 
-    If the environment contains `OPENGPAC_SYSTEM`, the URL of a daemon, the system is that one, and the program runs on it unchanged.
-    `gpac.connect(url)` returns a system that others configured.
+    If the environment contains `OPENGPAC_SYSTEM`, the URL of a daemon, that daemon's system is used, and the program runs on it
+    unchanged. `gpac.connect(url)` returns a system that others configured.
 
-    Raises `CallError` for another clock, `DefinitionError` for another interconnect, `FileFailed` for a `restore` that cannot be
-    read, and `InvalidState` for every call once it is closed.
+    Raises `CallError` for an unknown clock, `DefinitionError` for an unknown interconnect, `FileFailed` for a `restore` that cannot
+    be read, and `InvalidState` for every call once it is closed.
     >>> import opengpac as gpac
     >>> with gpac.System("cell", clock="virtual") as cell:
     ...     cell.advance("2 s")
@@ -143,7 +143,7 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         self.virtual = virtual
         self.progress = progress
         self.session = session
-        """Session with a remote system: its name, the holder of command. None if the system is embedded in this process."""
+        """Session with a remote system: its name, and the holder of command. None if the system is embedded in this process."""
         self.closed = False
         self.processors: dict[str, Processor] = {}
         self.sources: dict[str, Source] = {}
@@ -158,11 +158,11 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         self._restored: warm_restart.RestartContents | None = None
         self._studio: Studio | None = None
         self._page_role: str | None = None
-        """Role of the page that is served, for which devices and arms enter what it needs."""
+        """Role of the studio's page while it is served; devices and arms register the verbs that this role needs."""
         self._arms: dict[str, Any] = {}
-        """Arms by name, for a page that moves their tools."""
+        """Arms by name, whose tools the studio can move."""
         self._point_files: dict[str, tuple[Path, bool]] = {}
-        """File of taught points of each arm by name, and whether points of other models are accepted."""
+        """Points file of each arm by name, and whether points of other models are accepted."""
         forks.known(self)
 
     # ---- configuration ----
@@ -178,17 +178,19 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         lost_after: Quantity | None = None,
         patience: Quantity | None = None,
     ) -> Processor:
-        """Makes a real-time processor called `name`, on `core` if set. The first is the supervisor, unless another has `supervisor`.
+        """Creates a real-time processor called `name`, on `core` if set. The first one is the supervisor, unless another one is created
+        with `supervisor`.
 
         `process=True` runs it in a separate process: a crash there is `processor_lost` for the others. `process="cell-a"` runs it in
         the process of that name, with every other processor that names it: a crash there affects all of them, and values between them
         take the path of threads. `host` names a host that has joined the system. Under the virtual clock all processors run in one
         thread, regardless of their placement.
 
-        `lost_after`: a process that hangs for this time is ended, with its outputs safe; by default after 0.1 s if it is stopped
-        (SIGSTOP, a debugger), otherwise after 0.5 s of silence. A processor without a process consists of threads of this program:
-        then the outputs of devices that a guard can reach become safe, and the program is not ended. `patience`: a process regards a
-        supervisor as lost after silence for this time (40 s), and verbs that continue without one wait this long for the next (10 s).
+        `lost_after`: a process that hangs for this time is killed, with its outputs safe; by default after 0.1 s if it is stopped
+        (SIGSTOP, a debugger), otherwise after 0.5 s without a sign of life. A processor without a process consists of threads of this
+        program: in that case, the outputs of devices that a guard can reach become safe, and the program is not killed. `patience`: a
+        process considers its supervisor lost if it hears nothing from it for this time (40 s), and verbs that continue without one
+        wait this long for the next (10 s).
 
         Raises PlacementError for a named process and a host together, DefinitionError for an invalid process name (letters, digits,
         `-`, `_`, `.`, at most 64), InUse if it is another processor's own process, InvalidState if the process cannot be started or
@@ -216,13 +218,14 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         token: str | None = None,
         clock_limit: Quantity | None = None,
     ) -> None:
-        """Lets other hosts join: `cell.listen("tcp/127.0.0.1:7447")`, there `opengpac join`, then `cell.processor("rtp2", host=…)`.
+        """Lets other hosts join: `cell.listen("tcp/127.0.0.1:7447")`, then `opengpac join` on the other host, then
+        `cell.processor("rtp2", host=…)`.
 
-        On a loopback address programs of the same user are admitted, or, with a `token`, those that know it. Beyond this machine it
-        must be `tls/HOST:PORT`, with PEM files of an `authority`, a `certificate` and its `key`, or with a token that both sides
-        know. `endpoint` is the address on which to listen, `name` that of this host (by default its host name). `clock_limit` is the
-        maximum deviation between the clocks of the hosts; the log reports larger ones. It has no effect under the virtual clock.
-        Raises InvalidState if the address is in use, or lacks the required security.
+        On a loopback address, programs of the same user are admitted, or, with a `token`, programs that have it. For other machines,
+        the endpoint must be `tls/HOST:PORT`, with PEM files of an `authority`, a `certificate` and its `key`, or with a token that
+        both sides have. `endpoint` is the address on which to listen, `name` the name of this host (by default its host name).
+        `clock_limit` is the maximum deviation between the clocks of the hosts; the log reports larger ones. It has no effect under
+        the virtual clock. Raises InvalidState if the address is in use, or lacks the required security.
         """
         given = hosts.options(
             endpoint,
@@ -237,13 +240,13 @@ class System(SystemCommands, SystemTime, DeclaredNames):
             self._alive().listen(**given)
 
     def take_over(self) -> TakenOver:
-        """Takes over verbs in processes that lost their system: they continue under this one from their present state.
+        """Takes over verbs in processes that lost their system: they continue under this system from their current state.
 
-        It is for a system made with `adopt=True`, once everything exists again: processors, sources, devices, verbs, and started
-        verbs that keep devices running. Until then nothing of this system reaches a device in those processes. Blocks with the same
-        label and interface continue with their parameters, states and outputs; verbs that were not started again end. If there is
-        nothing to take over, as under the virtual clock, the result states so. Raises InvalidState if the running verbs must not
-        continue.
+        Call this on a system created with `adopt=True`, once everything exists again: processors, sources, devices, verbs, and
+        started verbs that keep devices running. Until then, this system does not affect any device in those processes. Blocks with
+        the same label and interface continue with their parameters, states and outputs; verbs that were not started again end. If
+        there is nothing to take over, as under the virtual clock, the result says so. Raises `InvalidState` if the running verbs must
+        not continue.
         """
         with refusals:
             return taken_over(self._alive().take_over())
@@ -252,7 +255,7 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         """Downloads a code module while the system runs: C or C++ source, a shared object, or a compiled Rust module.
 
         `path` is the file, `name` the module's name (by default the file's name without its extension and `lib`). The module is first
-        tested in a separate process. Raises `ModuleError` with the first error of the compiler, or another defect of the file.
+        tested in a separate process. Raises `ModuleError` with the compiler's first error, or another defect of the file.
         """
         file = str(Path(path).expanduser().absolute())
         with refusals:
@@ -262,14 +265,14 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         return Module(described, file, self)
 
     def fuse(self, on: bool = True) -> FusedBlocks:
-        """Fuses consecutive blocks of C sources that are always due together, some of which read values that others store.
+        """Fuses consecutive blocks with C sources that are always due together, if some of them read values that others store.
 
         Each group gets one entry, compiled from the sources as downloaded, so that values pass between blocks in registers. The
-        observable behaviour is unchanged, to the bit: values, numbers, conditions, faults of each block. It applies to installed
-        blocks, and to the same blocks with the same wiring when installed later; for others call it again. Nothing stops meanwhile.
-        `on=False` undoes it.
+        observable behaviour is bit-identical: values, numbers, conditions, and faults of each block. Fusing applies to installed
+        blocks, and to the same blocks with the same wiring when they are installed later; for others, call this again. All verbs keep
+        running in the meantime. `on=False` undoes it.
 
-        Returns the fused blocks, and the others with reasons; also available as `cell.fused`. It takes about a second for each group,
+        Returns the fused blocks, and the others with reasons; also available as `cell.fused`. This takes about a second per group,
         and can be interrupted: finished compilations are kept.
         """
         while True:
@@ -279,7 +282,7 @@ class System(SystemCommands, SystemTime, DeclaredNames):
                 return told
 
     def place(self, placement: Mapping[Any, Source]) -> None:
-        """Places blocks. `placement`: pattern → source, `{"move.planner": slow, "joint_servo.*": fast}`."""
+        """Places blocks on sources. `placement` maps patterns to sources: `{"move.planner": slow, "joint_servo.*": fast}`."""
         placed = placement_json(placement)
         with refusals:
             self._alive().place(placed)
@@ -294,13 +297,13 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         history: int = 0,
         within: tuple[float, float] | str | None = None,
     ) -> SVV[Any]:
-        """Makes a state vector variable called `name`; `type` is a C declaration, a type of a code module, or `float`, `int`, `bool`;
+        """Creates a state vector variable called `name`; `type` is a C declaration, a type of a code module, or `float`, `int`, `bool`;
         the default is `double`.
 
-        `unit` is text, `"rad"`; `initial` its first value, 0 by default; `history` the number of last values that are kept, at most
-        as many as fit in 1 GiB. `within` is the range of values that Python may store, `(0, 1)` or `"[0, inf)"`. In a remote system a
-        name alone returns the existing SVV. An SVV that this program has already made is returned again, with its present value, if
-        the arguments are equal; otherwise raises `InUse`.
+        `unit` is a text, `"rad"`; `initial` its initial value, 0 by default; `history` the number of most recent values that are
+        kept, at most as many as fit in 1 GiB. `within` is the range of values that Python may store, `(0, 1)` or `"[0, inf)"`. In a
+        remote system, a name alone returns the existing SVV. An SVV that this program has already created is returned again, with its
+        current value, if the arguments are equal; otherwise raises `InUse`.
         """
         if self.session is not None and type is None and initial is None and not (unit or history or within) and self._there("svvs", name):
             return self._svv(name)
@@ -326,19 +329,20 @@ class System(SystemCommands, SystemTime, DeclaredNames):
     # ---- existing objects ----
 
     def instance(self, name: str, verb: Verb[..., R] | None = None) -> VerbInstance[R]:
-        """Returns the verb instance of that `name`, made by any program: to be watched, waited for, halted, or started again.
+        """Returns the verb instance called `name`, regardless of the program that created it, in order to watch it, wait for it, halt
+        it, or start it again.
 
         With its `verb` it has the declared reports and exceptions; without, `Report` and `Terminated`.
         """
         return existing.instance(self, name, verb)
 
     def device(self, name: str, kind: type[D] = LogicalDevice) -> D:
-        """Returns the logical device of that `name`, made by any program, as a device of the class `kind`; by default its members are
-        those of its type in the system."""
+        """Returns the logical device called `name`, regardless of the program that created it, as a device of the class `kind`; by
+        default its members are those of its type in the system."""
         return existing.device(self, name, kind)
 
     def _say_rights(self) -> None:
-        """Logs once, in one line, the real-time rights that were not granted; everything still works, but later."""
+        """Logs, once and in one line, the real-time privileges that were not granted; everything still works, but with larger latencies."""
         if self._rights_said:
             return
         self._rights_said = True
@@ -349,23 +353,23 @@ class System(SystemCommands, SystemTime, DeclaredNames):
             _logger.warning("system '%s' lacks real-time rights: %s", self.name, "; ".join(dict.fromkeys(missing)))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes the contents of a warm restart, `gpac.System(name, restore=path)`, to `path`: tunable parameters and members declared
-        with `keep=True` of every logical device, and the alarms, which become history.
+        """Writes the data needed for a warm restart, `gpac.System(name, restore=path)`, to `path`: tunable parameters and members
+        declared with `keep=True` of every logical device, and the alarms, which become history.
 
-        Motion never survives: after a restart everything is disabled and nothing has started. The file is written atomically; the
-        previous one is kept as `PATH.previous`.
+        Motion is never restored: after a restart, everything is disabled and no verb has been started. The file is written
+        atomically; the previous one is kept as `PATH.previous`.
         """
         warm_restart.save(self, files.path_of(path, "save()"))
 
     @property
     def left_over(self) -> list[str]:
-        """Contents of a restart file that could not be restored, in words."""
+        """Descriptions of the contents of a restart file that could not be restored."""
         return [] if self._restored is None else [*self._restored.left_over]
 
     def close(self) -> None:
-        """Halts the actions, disables the devices, stops the kernels. Idempotent.
+        """Halts the actions, disables the devices, and stops the kernels. Idempotent.
 
-        For a system returned by `gpac.connect` it only ends the session: its verbs continue.
+        For a system returned by `gpac.connect`, only ends the session; verbs continue.
         """
         if not self.closed:
             self.closed = True
@@ -388,7 +392,7 @@ class System(SystemCommands, SystemTime, DeclaredNames):
             self.close()
 
     def _abandon(self) -> None:
-        """Ends a failing program's use of the system: verbs that it started in a remote system follow their policies."""
+        """Ends the use of the system by a program that fails: verbs that it started in a remote system follow their policies."""
         if self.session is not None and not self.session.whole:
             self.session.abandon()
 
@@ -402,7 +406,7 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         return "\n  ".join([f"system '{self.name}' ({clock} clock, {self.now:.6g} s)", *parts])
 
     def _left_behind(self, instead: forks.NotHere) -> None:
-        """Called in a process forked from the system's, which contains no part of it."""
+        """Replaces the system in a forked process, which does not inherit the system's threads."""
         self._native = cast("RealTimeSystem", instead)
         self.closed, self._studio = True, None
         # Callers outside this class can only read it.
@@ -418,7 +422,7 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         return name in self.names[kind]
 
     def _svv(self, name: str) -> SVV[Any]:
-        """Returns the SVV that has this name now."""
+        """Returns the SVV that currently has this name."""
         known = self._svvs.get(name)
         if known is None or not known._is_there():
             known = self._svvs[name] = SVV(self, name)
@@ -445,7 +449,7 @@ def _short(name: Any) -> str:
 
 
 def _asked(given: tuple[Any, ...], named: Mapping[str, Any]) -> dict[str, Any]:
-    """Returns the arguments of a new system by name, including omitted ones; empty if they do not fit."""
+    """Returns the arguments of a new system by name, including omitted ones; empty if they do not match the signature."""
     try:
         bound = inspect.signature(System.__init__).bind(None, *given, **named)
     except TypeError:

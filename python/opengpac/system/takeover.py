@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Takeover by a new supervisor from one that was lost: the answer of `System.take_over`."""
+"""Takeover by a new supervisor from one that was lost: the result of `System.take_over`."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Any
 
 @dataclass(frozen=True)
 class TakenProcessor:
-    """Result for one processor in a separate process, or for those that share one.
+    """Result for one processor in a separate process, or for the processors that share one.
 
-    `name` is that of the processor, or of the process that may be shared, `processors` are those in it. `adopted`: its process had
-    lost its system, and its verbs continue there; otherwise it was started for this system. `carried` are the blocks that continue
-    (`instance.block`), `anew` those that restart, each with the reason, `ended` those that ran and that this system has not started.
-    `gap` is the longest time for which a device was not written, in s; None if there was no gap.
+    `name` is the name of the processor or of the shared process; `processors` are the processors in it. `adopted` is True if the
+    process had lost its system and its verbs continue there; otherwise the process was started for this system. `carried` are the
+    blocks that continue (`instance.block`), `anew` those that restart, each with the reason, and `ended` those that were running and
+    that this system has not started. `gap` is the longest time for which a device was not written, in s; None if there was no gap.
     """
 
     name: str
@@ -40,7 +40,7 @@ class TakenProcessor:
 
 @dataclass(frozen=True)
 class TakenOver:
-    """Result of `System.take_over`, for each process of processors; it is printed as a text."""
+    """Result of `System.take_over`, for each process of processors. Printed as text."""
 
     processors: tuple[TakenProcessor, ...]
 
@@ -50,7 +50,7 @@ class TakenOver:
         return tuple(name for of in self.processors if of.adopted for name in of.processors)
 
     def __getitem__(self, name: str) -> TakenProcessor:
-        """Returns the result for the processor of that name, and for those that share its process."""
+        """Returns the result for the processor with that name and for those that share its process."""
         for of in self.processors:
             if name in (of.name, *of.processors):
                 return of
@@ -62,7 +62,7 @@ class TakenOver:
 
 
 def taken_over(answer: Mapping[str, Any]) -> TakenOver:
-    """Returns the answer of the call as an object."""
+    """Converts the answer of the call to an object."""
     return TakenOver(
         tuple(
             TakenProcessor(

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Warm restart: learned data of a cell survive its program, such as gains, offsets and the history of alarms. Motion never does."""
+"""Warm restart: data that a cell has accumulated, such as gains, offsets and the history of alarms, outlive its program. Motion is never
+restored."""
 
 from __future__ import annotations
 
@@ -25,7 +26,7 @@ _logger = logging.getLogger("opengpac")
 
 
 def save(system: System, path: Path) -> None:
-    """Writes the surviving data; the previous file is kept next to it, with `.previous` appended to its name."""
+    """Writes the data that survive a restart; the previous file is kept next to it, with `.previous` appended to its name."""
     devices = {name: _kept(device) for name, device in system.devices.items()}
     waiting = {**_restored_devices(system), **devices}
     with refusals:
@@ -37,7 +38,7 @@ def save(system: System, path: Path) -> None:
 
 
 def _restored_devices(system: System) -> Mapping[str, Any]:
-    """Returns devices of the previous life that have not been made again: they are not discarded."""
+    """Returns devices of the previous run that have not been created again, so that their data are not discarded."""
     return system._restored.devices if system._restored is not None else {}
 
 
@@ -52,7 +53,7 @@ def _checksum(content: Any) -> str:
 
 
 class RestartContents:
-    """Contents of a restart file for devices still to be made, and those that could not be restored."""
+    """Contents of a restart file: the data of devices that have not been created yet, and those that could not be restored."""
 
     def __init__(self, path: Path, content: Mapping[str, Any]) -> None:
         self.path = path
@@ -60,7 +61,7 @@ class RestartContents:
         self.left_over: list[str] = []
 
     def apply(self, device: LogicalDevice) -> None:
-        """Restores the data of a new device; members unknown to its type are left over and reported."""
+        """Restores the data of a new device; data of members that its type does not have are reported as left over."""
         kept = self.devices.pop(device.name, None)
         if kept is None:
             return
@@ -88,7 +89,7 @@ class RestartContents:
 
 
 def load(system: System, path: Path) -> RestartContents | None:
-    """Reads a restart file into a new system; returns None if there is no file yet: a first start."""
+    """Reads a restart file into a new system; returns None on a first start, when the file does not exist yet."""
     text = files.read(path, "the restart file")
     if text is None:
         return None

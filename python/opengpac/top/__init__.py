@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The command `opengpac top`: live state of a real-time system: processors, sources, blocks by time, verbs, devices, alarms."""
+"""The command `opengpac top` shows the live state of a real-time system: processors, sources, blocks by time, verbs, devices, alarms."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def _shown(given: argparse.Namespace, session: Session) -> int:
 
 
 def print_once(look: Look, before: Look | None, view: View) -> None:
-    """Prints the tables, in colour on a terminal."""
+    """Prints the tables, coloured if standard output is a terminal."""
     from rich.console import Console
 
     console = Console()
@@ -79,7 +79,7 @@ def print_once(look: Look, before: Look | None, view: View) -> None:
 
 
 def url_of(where: str | None, name: str | None) -> str:
-    """Returns the URL of the daemon: the one specified, the one of that name, or the only one that this user runs."""
+    """Returns the URL of the daemon: the specified one, the one with that name, or the only one that this user runs."""
     if where is not None and "://" in where:
         return where
     wanted = name or where

@@ -21,7 +21,7 @@ _KEYS: dict[str, Callable[[dict[str, Any]], Any]] = {
     "name": lambda b: (b["instance"], b["label"]),
 }
 _FULL, _BUSY = 0.9, 0.6
-"""Fractions of a core above which a line is red, or yellow."""
+"""Fractions of a core above which a line is red or yellow, respectively."""
 
 
 @dataclass
@@ -33,12 +33,12 @@ class View:
     rows: int = 30
 
     def lets(self, *words: Any) -> bool:
-        """Returns whether a line with these words is shown."""
+        """Returns whether a line with these words passes the filter."""
         return not self.filter or any(self.filter.lower() in str(word).lower() for word in words)
 
 
 def board(look: Look, before: Look | None, view: View | None = None) -> Tables:
-    """Returns the tables of a look; loads and rates are those since the previous look, or since the start."""
+    """Returns the tables of a snapshot; loads and rates refer to the time since the previous snapshot, or since the start."""
     view = view or View()
     first = [_processors(look, before, view), _sources(look, before, view)]
     others = [table for table in (_instances(look, view), _devices(look, view), _alarms(look, view)) if table.rows]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Daemons of this user: their sockets are in one folder."""
+"""Finds the daemons of this user, whose sockets are in one folder."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ class FoundDaemon(NamedTuple):
     """A daemon that answers."""
 
     name: str
-    """Name of its socket, which is that of its system."""
+    """Name of the daemon's socket, which is the name of its system."""
     url: str
 
 
 def folder() -> Path:
-    """Returns the folder of the sockets of this user's daemons, unless another path was set for them."""
+    """Returns the folder of the sockets of this user's daemons, if no other path was set for them."""
     runtime = os.environ.get("XDG_RUNTIME_DIR", "")
     if os.path.isabs(runtime) and os.path.isdir(runtime):
         return Path(runtime) / "opengpac"
@@ -26,7 +26,7 @@ def folder() -> Path:
 
 
 def daemons() -> list[FoundDaemon]:
-    """Returns the daemons that accept a connection now, by name. Stale sockets of killed daemons are ignored."""
+    """Returns the daemons that currently accept a connection, by name. Stale sockets of killed daemons are ignored."""
     try:
         sockets = sorted(path for path in folder().glob("*.sock") if path.is_socket())
     except OSError:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""One look at a system, and the loads and rates between two looks."""
+"""State of a system at one point in time (a look), and the loads and rates between two looks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..system.realtime import RealTimeSystem
 
 @dataclass(frozen=True)
 class Look:
-    """State of a system at one moment, as reported by it."""
+    """State of a system at one point in time, as reported by the system."""
 
     statistics: Mapping[str, Any]
     configuration: Mapping[str, Any]
@@ -26,11 +26,12 @@ class Look:
         return cls(system.statistics(), system.configuration(), alarms)
 
     def since(self, before: Look | None) -> float:
-        """Returns the time on the system's clock from the previous look to this one, s; without one from the start."""
+        """Returns the time on the system's clock between the previous look and this one, s; if there is no previous look, since the
+        start."""
         return self.statistics["now_s"] - (before.statistics["now_s"] if before else 0.0)
 
     def sources(self, before: Look | None) -> list[dict[str, Any]]:
-        """Returns the interrupt sources: `load` is the fraction of a core used by firings, 0 to 1, or None if no time has passed."""
+        """Returns the interrupt sources: `load` is the fraction of a core used by firings, 0 to 1, or None if no time has elapsed."""
         passed = self.since(before)
         found: list[dict[str, Any]] = []
         for name, s in self.statistics["sources"].items():
@@ -69,7 +70,7 @@ class Look:
         return found
 
     def blocks(self, before: Look | None) -> list[dict[str, Any]]:
-        """Returns the blocks that a probe has visited: `used` is the fraction of a core, from their mean time and their rate."""
+        """Returns the blocks that a probe has measured; `used` is the fraction of a core, computed from their mean time and their rate."""
         passed = self.since(before)
         last = before._visited() if before else {}
         found: list[dict[str, Any]] = []
@@ -97,7 +98,7 @@ class Look:
 
 
 class Watch:
-    """Looks repeatedly, and keeps the probe of block times running meanwhile."""
+    """Takes repeated looks, and keeps the probe of block times running in between."""
 
     def __init__(self, system: RealTimeSystem, every_s: float, probe: bool = True) -> None:
         self.every_s = every_s
@@ -106,7 +107,7 @@ class Watch:
         self._last: Look | None = None
 
     def look(self) -> tuple[Look, Look | None]:
-        """Takes a look; returns it and the previous one."""
+        """Takes a look, and returns it together with the previous one."""
         with refusals:
             if self._probe:
                 # The probe ends by itself when it is no longer renewed.
@@ -116,7 +117,7 @@ class Watch:
 
 
 def _rate(now: float, then: float, passed: float) -> float | None:
-    """Returns the rate per second, or None if no time has passed or the counter was restarted."""
+    """Returns the rate per second, or None if no time has elapsed or the counter was reset."""
     return (now - then) / passed if passed > 0 and now >= then else None
 
 

@@ -26,7 +26,7 @@ _ESCAPE, _RETURN, _RUB = "\x1b", ("\r", "\n"), ("\x7f", "\b")
 
 @contextmanager
 def keys() -> Iterator[None]:
-    """Makes the terminal deliver every key immediately without echo; restores it afterwards in any case."""
+    """Makes the terminal deliver every key immediately and without echo; restores it on exit."""
     before = termios.tcgetattr(sys.stdin)
     try:
         tty.setcbreak(sys.stdin)
@@ -36,7 +36,7 @@ def keys() -> Iterator[None]:
 
 
 class Screen:
-    """Tables of a system, redrawn at each look, at each key, and on a change of the window's size."""
+    """Screen with the tables of a system, redrawn at each look, at each key, and when the window size changes."""
 
     def __init__(self, watch: Watch, view: View, system: str) -> None:
         self._watch = watch
@@ -71,7 +71,7 @@ class Screen:
         return read.decode(errors="ignore") if read else "q"
 
     def take(self, key: str) -> bool:
-        """Handles a key; returns False if it was the one to quit."""
+        """Handles a key; returns False if it is the key to quit."""
         if self._typing:
             self._type(key)
         elif key == "q":
@@ -99,7 +99,7 @@ class Screen:
         live.update(self.drawn(), refresh=True)
 
     def drawn(self) -> Any:
-        """Returns the whole screen."""
+        """Renders the contents of the whole screen."""
         words = [f" {self._system} ", _KEYS]
         words += [f"filter: {self._view.filter}{'_' if self._typing else ''}"] if self._typing or self._view.filter else []
         words += ["paused"] if self._paused else []

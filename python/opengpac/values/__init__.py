@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values of users: numbers, quantities with units, poses, tables, and their encoding for the real-time system."""
+"""User-supplied values: numbers, quantities with units, poses, tables, and their encoding for the real-time system."""

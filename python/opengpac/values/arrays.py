@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""NumPy, loaded on first use: a program with only plain numbers does not need it, and loading it takes half of its start-up time."""
+"""Imports NumPy on first use: a program with only plain numbers does not need it, and importing it takes half of the start-up time."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 else:
 
     class _NumPy:
-        """Stands for the NumPy module."""
+        """Stand-in for the NumPy module."""
 
         def __getattr__(self, name: str) -> Any:
             value = getattr(importlib.import_module("numpy"), name)
@@ -25,7 +25,7 @@ else:
 
 
 def is_array(value: Any) -> TypeGuard[np.ndarray]:
-    """Returns whether the value is a NumPy array; False if NumPy is not loaded."""
+    """Returns whether the value is a NumPy array; False while NumPy has not been imported."""
     return "numpy" in sys.modules and isinstance(value, np.ndarray)
 
 

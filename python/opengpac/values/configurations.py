@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Configuration of an arm: selects one of the joint positions that bring its tool to a pose."""
+"""Configuration of an arm, which selects one of the solutions for the joint positions that bring its tool to a pose."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ..errors import ValueRefused, refuse
 _SIGNS = {"+": 1, "-": -1}
 _NUMBER = 3
 TURNS_MAX = 1000
-"""Maximum number of turns of a joint."""
+"""Maximum number of turns of a joint in a configuration."""
 
 
 @dataclass(frozen=True)
@@ -19,8 +19,8 @@ class Configuration:
 
     `shoulder` is 1 if the wrist is on the side of the first axis to which the cross product of the first two axes points, `elbow` 1
     if the forearm is bent about the third axis in its positive sense, `wrist` 1 if the sixth axis is rotated from the fourth about
-    the fifth in its positive sense; otherwise they are -1. A joint between -180 and 180 degrees has made 0 turns; empty `turns` leave
-    them open. The text `"+-+"` is shoulder, elbow, wrist. Raises `ValueRefused` for another sign.
+    the fifth in its positive sense; otherwise they are -1. A joint between -180 and 180 degrees is at turn 0; if `turns` is empty,
+    any turns are allowed. The text `"+-+"` is shoulder, elbow, wrist. Raises `ValueRefused` for an invalid sign.
     """
 
     shoulder: int
@@ -39,7 +39,7 @@ class Configuration:
 
     @classmethod
     def of(cls, given: Configuration | str, turns: tuple[int, ...] | list[int] = ()) -> Configuration:
-        """Returns the configuration of a text, `"+-+"` for shoulder, elbow and wrist, with `turns`, or a `given` configuration
+        """Converts a text, `"+-+"` for shoulder, elbow and wrist, to a configuration with `turns`; returns a `given` configuration
         unchanged."""
         if isinstance(given, Configuration):
             return given

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Values of Python and the real-time system: scalars are `int`, `float`, `bool`; arrays are NumPy arrays; structs are records of a
-structured dtype."""
+"""Conversion between Python values and values of the real-time system: scalars are `int`, `float`, `bool`; arrays are NumPy arrays;
+structs are records of a structured dtype."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FORMATS = {
     "int8_t": "<b", "int16_t": "<h", "int32_t": "<i", "int64_t": "<q",
     "uint8_t": "<B", "uint16_t": "<H", "uint32_t": "<I", "uint64_t": "<Q",
 }  # fmt: skip
-"""Format with which `struct` reads each C scalar."""
+"""Formats with which `struct` reads C scalars."""
 
 
 def dtype_of(tree: Mapping[str, Any]) -> np.dtype[Any]:
@@ -47,7 +47,7 @@ def dtype_of(tree: Mapping[str, Any]) -> np.dtype[Any]:
 
 
 def from_bytes(data: bytes, dtype: np.dtype[Any]) -> Any:
-    """Returns the Python value of an object's bytes."""
+    """Decodes the bytes of a value to the Python value."""
     base, shape = dtype, ()
     while base.subdtype is not None:
         # An array of arrays becomes one array of more dimensions.
@@ -59,9 +59,9 @@ def from_bytes(data: bytes, dtype: np.dtype[Any]) -> Any:
 
 
 def decoder_of(tree: Mapping[str, Any]) -> Callable[[bytes], Any]:
-    """Returns the function that decodes the Python value of an object's bytes, for the C type that the model's tree describes.
+    """Returns a function that decodes the bytes of a value to a Python value, for the C type that the model's tree describes.
 
-    A single number needs no array: neither NumPy nor its dtype is used.
+    A single number needs no array, so neither NumPy nor its dtype is used for it.
     >>> decoder_of({"scalar": "float"})(bytes([0, 0, 0, 63]))
     0.5
     """
@@ -73,7 +73,7 @@ def decoder_of(tree: Mapping[str, Any]) -> Callable[[bytes], Any]:
 
 
 def plain(value: Any, what: str = "the value") -> Any:
-    """Returns the JSON form of a value: numbers, text, lists and dictionaries. `what` describes the value in refusals.
+    """Converts a value to a form that JSON can represent: numbers, text, lists and dictionaries. Refusals call the value `what`.
     >>> plain(np.array([1.0, 2.0])), plain((1, True)), plain("20 ms")
     ([1.0, 2.0], [1, True], '20 ms')
     """
@@ -107,12 +107,12 @@ def plain(value: Any, what: str = "the value") -> Any:
 
 
 def to_json(value: Any, what: str = "the value") -> str:
-    """Returns the JSON text of a value. `what` describes the value in refusals."""
+    """Returns the JSON text of a value. Refusals call the value `what`."""
     return json.dumps(plain(value, what))
 
 
 def lively(value: Any) -> Any:
-    """Returns the Python form of a JSON value: a list of numbers becomes an array.
+    """Converts a JSON value to its Python form: a list of numbers becomes an array.
     >>> lively([1.0, 2.0])
     array([1., 2.])
     """

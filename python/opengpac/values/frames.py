@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Poses and frames: position and orientation. The arithmetic is that of the blocks, in the core."""
+"""Poses and frames: position and orientation. The core computes them with the arithmetic of the blocks."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _numbers(given: Any, unit: str, what: str, count: int) -> tuple[float, ...]:
 
 
 def _angles(given: Any) -> tuple[float, ...]:
-    """Returns roll, pitch and yaw; plain numbers are rad, and values beyond one turn are refused: degrees were probably meant."""
+    """Returns roll, pitch and yaw. Plain numbers are rad; values beyond one turn are refused, because degrees were probably meant."""
     given = list(given) if isinstance(given, Iterable) and not isinstance(given, str) else given
     found = _numbers(given, "rad", "rpy", 3)
     for what, angle, written in zip(("roll", "pitch", "yaw"), found, given, strict=True):
@@ -53,10 +53,10 @@ class Pose:
 
     `Pose((0.4, 0, 0.3), rpy=("180 deg", 0, 0))` rotates about the fixed x, then y, then z axis (roll, pitch, yaw; rad or text with a
     unit); `Pose((0.4, 0, 0.3), quaternion=(1, 0, 0, 0))` takes a unit quaternion, w first; without either there is no rotation. `a @
-    b` is the pose `b` in frame `a`, expressed in the reference of `a`; `a @ point` transforms a point of it; `a.inverse()` is the
+    b` is the pose `b` in frame `a`, expressed in the reference of `a`; `a @ point` transforms a point in `a`; `a.inverse()` is the
     inverse. A pose is immutable, and is a value of seven numbers: x, y, z, then the quaternion w, x, y, z. Raises `ValueRefused` for
-    a position without three numbers, a quaternion whose length is not 1, and both at once, `UnitMismatch` for a unit of another
-    dimension, `OutOfRange` for plain numbers of `rpy` beyond one turn: degrees are text, `"90 deg"`.
+    a position without three numbers, a quaternion whose length is not 1, or if both orientations are passed; `UnitMismatch` for a
+    unit of the wrong dimension, `OutOfRange` for plain numbers of `rpy` beyond one turn: degrees are text, `"90 deg"`.
     >>> Pose((0.4, "20 mm", 0.3), rpy=(0, 0, "90 deg")) @ Pose((0.1, 0, 0))
     Pose(0.4, 0.12, 0.3 m; rpy 0, 0, 90 deg)
     """
@@ -92,14 +92,14 @@ class Pose:
 
     @classmethod
     def _made(cls, numbers: Sequence[float]) -> Pose:
-        """Returns the pose of numbers from the core."""
+        """Creates the pose from the core's numbers."""
         made = cls.__new__(cls)
         made._numbers = tuple(numbers)
         return made
 
     @classmethod
     def of(cls, given: Pose | Sequence[float] | np.ndarray) -> Pose:
-        """Returns the pose of seven numbers, x y z in m and the quaternion w x y z, or a `given` pose unchanged."""
+        """Converts seven numbers to a pose, x y z in m and the quaternion w x y z; returns a `given` pose unchanged."""
         if isinstance(given, Pose):
             return given
         numbers = _numbers(given, "", "a pose", 7)
@@ -109,11 +109,12 @@ class Pose:
     def by_points(
         cls, origin: Pose | Sequence[Any] | np.ndarray, on_x: Pose | Sequence[Any] | np.ndarray, in_xy: Pose | Sequence[Any] | np.ndarray
     ) -> Pose:
-        """Returns the frame with this `origin`, its x axis through the second point, its xy plane through the third, on the side of y.
+        """Returns the frame with this `origin`, whose x axis passes through the second point and whose xy plane passes through the
+        third, on the side of positive y.
 
         Points are x y z (m or text with a unit) or poses, whose orientation is ignored:
         `Frame.by_points(*[arm.forward(points[name].array) for name in ("corner", "along", "beside")])`. Raises `ValueRefused` if the
-        second is nearer than 1 mm to the origin, or the third to the x axis.
+        second point is less than 1 mm from the origin, or the third less than 1 mm from the x axis.
         """
         places = [
             place.position if isinstance(place, Pose) else np.array(_numbers(place, "m", "a place", 3)) for place in (origin, on_x, in_xy)
@@ -141,7 +142,7 @@ class Pose:
 
     @property
     def quaternion(self) -> np.ndarray:
-        """Unit quaternion w, x, y, z."""
+        """Orientation as a unit quaternion w, x, y, z."""
         return np.array(self._numbers[3:])
 
     @property
@@ -151,7 +152,7 @@ class Pose:
 
     @property
     def matrix(self) -> np.ndarray:
-        """4 x 4 matrix that transforms points from this frame to its reference."""
+        """4 x 4 matrix that transforms points from this frame to its reference frame."""
         turned = (0.0, 0.0, 0.0, *self._numbers[3:])
         matrix = np.eye(4)
         for column, axis in enumerate(((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))):
@@ -160,7 +161,7 @@ class Pose:
         return matrix
 
     def inverse(self) -> Pose:
-        """Returns the pose of its reference in this frame."""
+        """Returns the inverse: the pose of the reference frame in this frame."""
         return self._made(_native.pose_inverse(self._numbers))
 
     def distance(self, other: Pose) -> float:
@@ -202,7 +203,7 @@ Frame = Pose
 
 
 _APART = 1e-3
-"""Minimum distance of points that define a frame, m: closer points do not define a direction."""
+"""Minimum distance between points that define a frame, m; closer points do not define a direction."""
 
 
 def _quaternion(turn: np.ndarray) -> tuple[float, ...]:

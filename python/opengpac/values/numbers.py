@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Converts numbers of NumPy, pandas, PyTorch, JAX, `decimal` and `fractions` to plain numbers: each is accepted wherever a number is.
+"""Converts numbers of NumPy, pandas, PyTorch, JAX, `decimal` and `fractions` to plain numbers, so that they are accepted wherever a
+number is.
 
-None of those libraries is loaded here: the process of a driver needs none of them.
+None of those libraries is imported here, because the process of a driver needs none of them.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ _PLAIN = (bool, int, float, str, type(None))
 
 
 def is_masked(value: Any) -> bool:
-    """Returns whether a NumPy array has masked elements: they contain no number, although the array would return one."""
+    """Returns whether a NumPy array has masked elements, which have no value although the array would return a number."""
     if type(value) in _PLAIN:
         return False
     # `mask` of a pandas table is a method.
@@ -27,9 +28,9 @@ def is_masked(value: Any) -> bool:
 
 
 def number(value: Any) -> Any:
-    """Returns `value` as a Python number; anything that is not a single number is returned unchanged.
+    """Converts `value` to a Python number; anything that is not a single number is returned unchanged.
 
-    A number is one of NumPy of any width, an array or a tensor without dimensions, a `Decimal` or a `Fraction`.
+    Numbers are NumPy scalars of any width, arrays and tensors without dimensions, `Decimal`s and `Fraction`s.
     >>> import numpy as np
     >>> from fractions import Fraction
     >>> number(np.int64(3)), number(np.array(0.5)), number(np.longdouble(2)), number(Fraction(1, 4)), number([1])
@@ -50,7 +51,7 @@ def number(value: Any) -> Any:
 
 
 def rows(value: Any) -> Any:
-    """Returns an object with dimensions as lists of numbers: an array, a tensor, a pandas table; anything else unchanged."""
+    """Converts an object with dimensions (an array, a tensor, a pandas table) to lists of numbers; returns other objects unchanged."""
     if getattr(value, "ndim", 0) > 0 and not is_masked(value):
         if callable(getattr(value, "tolist", None)):
             return value.tolist()
@@ -60,12 +61,12 @@ def rows(value: Any) -> Any:
 
 
 _RANGE = re.compile(r"\[pose\]|[\[(][^,\[\]()]+,[^,\[\]()]+[\])]")
-"""A range as a text, `"(0, inf)"`: the model checks its ends."""
+"""Pattern of a range as text, `"(0, inf)"`; the model checks its ends."""
 
 
 def range_of(given: Any, what: str) -> str | list[float | str] | None:
-    """Returns a range in the model's form: two ends, numbers or names of parameters, or a text, `"(0, inf)"`. Without a range it returns
-    None."""
+    """Returns a range in the model's format: two ends, which are numbers or names of parameters, or a text, `"(0, inf)"`; None if no
+    range is given."""
     if given is None or (isinstance(given, str) and _RANGE.fullmatch(given)):
         return given
     listed = rows(given)
@@ -77,5 +78,5 @@ def range_of(given: Any, what: str) -> str | list[float | str] | None:
 
 
 def is_number(value: Any) -> bool:
-    """Returns whether the value is a plain number, excluding truth values."""
+    """Returns whether the value is a plain number, excluding Booleans."""
     return isinstance(value, int | float) and not isinstance(value, bool)

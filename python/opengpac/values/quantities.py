@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Quantities: plain numbers in SI units, or text with a unit, `"20 ms"`. Text is passed unchanged to the core, which knows units."""
+"""Quantities: plain numbers in SI units, or text with a unit, `"20 ms"`. Text is passed unchanged to the core, which parses units."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Quantity: TypeAlias = float | int | str
 
 
 def is_duration(text: str) -> bool:
-    """Returns whether the text is a time, `"20 ms"`.
+    """Returns whether the text is a duration, `"20 ms"`.
     >>> is_duration("20 ms"), is_duration("near.done")
     (True, False)
     """
@@ -31,7 +31,7 @@ def is_duration(text: str) -> bool:
 
 
 def duration_ns(duration: Quantity, what: str = "the duration") -> int:
-    """Returns a duration in whole nanoseconds: a number of seconds, `"20 ms"`, or the period of a rate, `"1 kHz"`.
+    """Converts a duration to whole nanoseconds: a number of seconds, `"20 ms"`, or the period of a rate, `"1 kHz"`.
     >>> duration_ns("20 ms"), duration_ns(0.5), duration_ns("1 kHz")
     (20000000, 500000000, 1000000)
     """
@@ -50,7 +50,7 @@ def duration_ns(duration: Quantity, what: str = "the duration") -> int:
 
 
 def span_ns(duration: Quantity, what: str) -> int:
-    """Returns the result of `duration_ns`. Refuses negative durations."""
+    """Converts a duration to whole nanoseconds, like `duration_ns`, but refuses negative durations."""
     ns = duration_ns(duration, what)
     if ns < 0:
         said = duration if isinstance(duration, str) else f"{number(duration):g} s"
@@ -59,7 +59,7 @@ def span_ns(duration: Quantity, what: str) -> int:
 
 
 def optional_ns(duration: Quantity | None, what: str) -> int | None:
-    """Returns the result of `span_ns`, or None for None."""
+    """Converts a duration to whole nanoseconds, like `span_ns`; None is returned unchanged."""
     return None if duration is None else span_ns(duration, what)
 
 
@@ -67,7 +67,7 @@ _SIZES = {"B": 1, "kB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12, "KiB": 2*
 
 
 def size_bytes(size: int | str, what: str = "the size") -> int:
-    """Returns a size in whole bytes: a number of bytes, or text with a unit, `"500 MB"` or `"2 GiB"`.
+    """Converts a size to whole bytes: a number of bytes, or text with a unit, `"500 MB"` or `"2 GiB"`.
     >>> size_bytes("500 MB"), size_bytes("2 GiB"), size_bytes(1_000_000)
     (500000000, 2147483648, 1000000)
     """
@@ -84,7 +84,8 @@ def size_bytes(size: int | str, what: str = "the size") -> int:
 
 
 def unknown_unit(unit: str) -> str | None:
-    """Returns None if a unit of a port is valid (`"rad|m"` is either, a leading `=` refers to that of another item), else the remedy.
+    """Returns None if the unit of a port is valid (`"rad|m"` is either, a leading `=` refers to the unit of another item), otherwise the
+    remedy.
     >>> unknown_unit("N.m"), unknown_unit("Nm")
     (None, "did you mean 'N.m'?")
     """
@@ -103,7 +104,7 @@ def unknown_unit(unit: str) -> str | None:
 
 
 def deg(angles: Sequence[float] | float | np.ndarray) -> Any:
-    """Returns the `angles`, in degrees, as rad: a number for a number, an array for a sequence.
+    """Converts `angles` from degrees to rad: a number to a number, a sequence to an array.
     >>> deg(180.0)
     3.141592653589793
     >>> deg([0, 90]).round(4)
@@ -117,7 +118,7 @@ def deg(angles: Sequence[float] | float | np.ndarray) -> Any:
 
 
 def duration_text(ns: float, digits: int = 6) -> str:
-    """Returns a duration in the largest unit in which it is at least one, rounded to `digits` digits.
+    """Formats a duration in the largest unit in which it is at least one, rounded to `digits` digits.
     >>> duration_text(20_000_000), duration_text(1_234_567, digits=3)
     ('20 ms', '1.23 ms')
     """

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tables for people: aligned when printed, HTML in a notebook, coloured when printed by `rich`."""
+"""Human-readable tables: aligned when printed, HTML in a notebook, coloured when printed by `rich`."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 _NUMBER = re.compile(r"[-+]?[\d.]+(e[-+]?\d+)?( ?[%a-zA-Zµ]{1,3})?|[-–]|")
 _COLOURS = {"bad": "#b3261e", "warn": "#9a6700", "good": "#1a7f37", "soft": "#7d8590"}
-"""Colours of HTML; readable on a light and on a dark background."""
+"""Colours in HTML, readable on both a light and a dark background."""
 _STYLES = {"bad": "bold red", "warn": "yellow", "good": "green", "soft": "bright_black"}
 
 
 class Table:
-    """Rows under columns, with a title. `looks` contains for each row `bad`, `warn`, `good`, `soft` or nothing.
+    """Rows and columns with a title. `looks` contains for each row `bad`, `warn`, `good`, `soft` or an empty text.
     >>> print(Table("devices", ["name", "state"], [["elbow", "standstill"], ["wrist", "fault"]]))
     devices
     name   state
@@ -42,7 +42,7 @@ class Table:
         return any(cells) and all(_NUMBER.fullmatch(cell) for cell in cells)
 
     def lines(self, title: bool = True) -> list[str]:
-        """Returns the table as lines of text."""
+        """Returns the lines of the table as text."""
         rows = [tuple(self.columns), *self.rows]
         wide = [max(len(row[column]) for row in rows) for column in range(len(self.columns))]
         right = [self.numeric(column) for column in range(len(self.columns))]
@@ -103,10 +103,10 @@ class Tables:
 
 
 class TableDisplay:
-    """Object displayed as a table in a notebook and by `rich`. Its `repr` is unaffected."""
+    """Object that is displayed as a table in a notebook and by `rich`. Its `repr` is unaffected."""
 
     def _table(self) -> Table | Tables | None:
-        """Returns the object's table, or None if there is none now."""
+        """Returns the object's table, or None if it currently has none."""
         raise NotImplementedError
 
     def _repr_html_(self) -> str | None:
@@ -127,13 +127,13 @@ class TableDisplay:
 
 
 def identifiers(names: Iterable[str]) -> list[str]:
-    """Returns the names that are valid attributes."""
+    """Returns those names that are valid Python identifiers."""
     return [name for name in names if name.isidentifier()]
 
 
 class CallSignature:
-    """`__signature__` of the objects of a class whose calls differ between objects, for completion in a call. The class itself keeps the
-    signature of its constructor."""
+    """Descriptor for `__signature__` in a class whose objects have different call signatures, for completion in a call. The class itself
+    keeps the signature of its constructor."""
 
     def __init__(self, of: Callable[[Any], Signature]) -> None:
         self._of = of

@@ -3,7 +3,7 @@ import { type Refusal, refusalsOf } from "./refusals";
 import type { Alarms } from "./shapes";
 import { WatchedValue } from "./watched";
 
-/** Period at which the alarms are read, ms. */
+/** Polling interval for the alarms, ms. */
 const LOOK_MS = 1000;
 
 /** The alarms of the system, shared by all views and read once a second. */
@@ -20,7 +20,7 @@ export class Alarming {
     this.#ask = ask;
   }
 
-  /** Reads the alarms now. */
+  /** Reads the alarms immediately. */
   async look(): Promise<void> {
     try {
       const found = await this.#ask();

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 
-/** Maximum drift between the clocks of a browser and a daemon, ms per ms. */
+/** Maximum clock drift between a browser and a daemon, ms per ms. */
 const DRIFT = 0.0002;
 
 /**
  * Estimate of the daemon's clock from its heartbeats. Beats arrive with a delay, so the estimate is never ahead of the daemon: a command
- * may look older than it is, never younger. All local times are those of `performance.now()`.
+ * may appear older than it is, never younger. All local times are those of `performance.now()`.
  */
 export class Beats {
-  /** Lead of the daemon's clock over the local one, ms, from the beat with the least delay; null before the first beat. */
+  /** Lead of the daemon's clock over the local one, ms, according to the beat with the smallest delay; null before the first beat. */
   #ahead: number | null = null;
-  /** Local time at which `#ahead` holds. */
+  /** Local time for which `#ahead` holds. */
   #at = 0;
-  /** Local time at which the newest beat was sent. */
+  /** Local time at which the latest beat was sent. */
   #sent = performance.now();
 
-  /** Forgets the clock, because a new connection may lead to another run. The age of the known state is not reset. */
+  /** Forgets the clock, because a new connection may lead to another run of the system. The age of the last known state is not reset. */
   forget(): void {
     this.#ahead = null;
   }
@@ -27,12 +27,12 @@ export class Beats {
     this.#sent = Math.max(this.#sent, beat_ms - this.#ahead);
   }
 
-  /** Returns the age of the newest known state of the system, ms. A delayed beat counts from when it was sent. */
+  /** Returns the age of the last known state of the system, ms. For a delayed beat, the age counts from the time at which it was sent. */
   age_ms(local_ms: number): number {
     return Math.max(0, local_ms - this.#sent);
   }
 
-  /** Returns the daemon's time at a local time, in whole ms; null before the first beat. */
+  /** Converts a local time to the daemon's time, in whole ms; null before the first beat. */
   daemon_ms(local_ms: number): number | null {
     return this.#ahead === null ? null : Math.floor(local_ms + this.#ahead - DRIFT * Math.max(0, local_ms - this.#at));
   }

@@ -2,7 +2,7 @@
 import { type Asker, answer } from "./requests";
 import { type Calls, LASTING } from "./shapes";
 
-/** Calls that the role `observe` may make, or those that it may not: the arguments and the result of each. */
+/** Calls that the role `observe` may make (or, with `false`, all others), each with its arguments and its result. */
 type Of<Looking extends boolean> = {
   [Name in keyof Calls as (Calls[Name]["role"] extends "observe" ? true : false) extends Looking ? Name : never]: [
     Calls[Name]["arguments"],
@@ -10,18 +10,18 @@ type Of<Looking extends boolean> = {
   ];
 };
 
-/** Calls that only read. */
+/** Read-only calls. */
 export type Looks = Of<true>;
-/** Calls that command. The page takes command before it makes one. */
+/** Calls that command the system. The page takes command before such a call. */
 export type Orders = Of<false>;
 
-/** Time limit of one slice of a long-running call, ms. */
+/** Maximum duration of one slice of a long-running call, ms. */
 const SLICE_MS = 1000;
 
-/** Calls that stop something. They do not need command, and take effect before their first answer. */
+/** Calls that stop something. They do not require command, and take effect before they return for the first time. */
 export type Stops = Pick<Orders, "halt" | "suspend" | "disable" | "pause">;
 
-/** Calls that neither need command nor take it because they do not affect the machine: replays, stored workspaces, alarms. */
+/** Calls that neither require command nor take it, because they do not affect the machine: replays, stored workspaces, alarms. */
 export type Asides = Pick<
   Orders,
   "replay" | "stop_replay" | "keep_workspace" | "forget_workspace" | "acknowledge_alarms" | "shelve_alarm" | "unshelve_alarm"
@@ -47,8 +47,8 @@ export async function call<T>(asker: Asker, name: string, args: object, signal?:
 }
 
 /**
- * Makes a call that stops something, as a single request. The stop has begun when the request returns; topics report when it is
- * complete.
+ * Makes a call that stops something, as a single request. When the request returns, the stop has begun; its completion is reported by
+ * topics.
  */
 export async function stop<N extends keyof Stops>(asker: Asker, name: N, args: Stops[N][0]): Promise<void> {
   const body = LASTING.has(name) ? { ...args, slice_ms: SLICE_MS } : args;

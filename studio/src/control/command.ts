@@ -4,20 +4,20 @@ import { type Asker, request } from "./requests";
 import type { Holder, Role } from "./shapes";
 import { WatchedValue } from "./watched";
 
-/** Period at which the holder of command is read, ms. */
+/** Polling interval for the holder of command, ms. */
 const LOOK_MS = 1000;
 
-/** State in which no session holds command or requests it. */
+/** State in which no session has command or requests it. */
 const NOBODY: Holder = { holder: null, who: null, person: null, requests: [], settled: [] };
 
 /**
- * Command of the system, which one session holds at a time. The page takes it only when a person presses a command. If another session
- * holds it, the page requests it, and that session hands over or declines.
+ * Command of the system, which one session has at a time. The page takes it only when a person gives a command. If another session has
+ * it, the page requests it, and that session hands it over or declines.
  */
 export class Command {
   /** Holder of command, pending requests, and the outcomes of the latest requests. */
   readonly state = new WatchedValue<Holder>(NOBODY);
-  /** Name of the session that holds command; null if none does. */
+  /** Name of the session that has command; null if no session has it. */
   readonly holder = new WatchedValue<string | null>(null);
   readonly #asker: Asker;
   readonly #name: () => string | null;
@@ -43,7 +43,7 @@ export class Command {
     return this.#ask("DELETE", "/v1/command");
   }
 
-  /** Requests command from its holder; granted at once if there is none. */
+  /** Requests command from its holder; it is granted immediately if there is no holder. */
   request(reason: string): Promise<void> {
     return this.#ask("POST", "/v1/command/request", { reason });
   }
@@ -101,14 +101,14 @@ export class Command {
   }
 }
 
-/** Returns the name of the person behind a session, or else of the caller. */
+/** Returns the name of the person behind a session, or, if unknown, the name of the caller. */
 export function personOf(of: { who?: string | null; person?: string | null }): string {
   return of.person ?? of.who ?? "";
 }
 
 const RANKS: Role[] = ["observe", "operate", "configure", "download"];
 
-/** Returns whether the role `has` includes the rights of the role `needs`. */
+/** Returns whether the role `has` includes the permissions of the role `needs`. */
 export function may(has: Role, needs: Role): boolean {
   return RANKS.indexOf(has) >= RANKS.indexOf(needs);
 }

@@ -13,7 +13,7 @@ import { Stream } from "./stream";
 import { Topics } from "./topics";
 import { WatchedValue } from "./watched";
 
-/** The real-time system as the page sees it: reads, commands, and topics. */
+/** The real-time system as seen by the page: reads, commands, and topics. */
 export class Control implements Source {
   /** Version of the system that answers; changes when the system restarts. */
   readonly met: WatchedValue<Version>;
@@ -76,12 +76,15 @@ export class Control implements Source {
     this.alarms.stop();
   }
 
-  /** Makes a call that only reads. Throws `RefusalError`. */
+  /** Makes a read-only call. Throws `RefusalError`. */
   look<N extends keyof Looks>(name: N, args: Looks[N][0], signal?: AbortSignal): Promise<Looks[N][1]> {
     return this.#sure(() => call<Looks[N][1]>(this.#asker, name, args, signal));
   }
 
-  /** Returns when the person gave the present command: the time of the event that is being handled, or else the current time. */
+  /**
+   * Returns the time at which the person gave the current command: the time of the event that is being handled, or else the current
+   * time.
+   */
   pressed(): PressTime {
     const event = window.event;
     return this.stream.daemon_ms(event?.isTrusted ? event.timeStamp : performance.now());
@@ -89,7 +92,7 @@ export class Control implements Source {
 
   /**
    * Takes command, then makes a call that commands. The daemon refuses the call if it arrives more than half a second after `pressed`,
-   * by default the beginning of the call. Throws `RefusalError`.
+   * by default the time at which the call begins. Throws `RefusalError`.
    */
   async order<N extends keyof Orders>(
     name: N,
@@ -117,7 +120,7 @@ export class Control implements Source {
     return this.#sure(() => stop({ ...this.#asker, isFirst: true }, name, args));
   }
 
-  /** Stops everything at once. It needs the role `operate`, but not command. */
+  /** Triggers the emergency stop immediately. Requires the role `operate`, but not command. */
   async emergencyStop(reason: string, signal?: AbortSignal): Promise<null> {
     try {
       return await call<null>({ ...this.#asker, isUrgent: true }, "emergency_stop", { reason }, signal);
@@ -132,7 +135,7 @@ export class Control implements Source {
     return this.#sure(() => request<T>(this.#asker, "GET", path));
   }
 
-  /** Reads which run of the system answers. If it is a new one, forgets the state of the previous run. */
+  /** Determines which run of the system answers. If it is a new run, forgets the state of the previous one. */
   async #meet(): Promise<void> {
     const version = await answer<Version>(this.#asker, "GET", "/v1/version");
     const isAnother = version.run !== this.version.run;
@@ -144,7 +147,7 @@ export class Control implements Source {
     this.restarts.set(this.restarts.get() + 1);
   }
 
-  /** Makes a call; if the session was lost, opens another one and retries once. */
+  /** Makes a call. If the session was lost, opens a new session and retries once. */
   async #sure<T>(asked: () => Promise<T>): Promise<T> {
     try {
       return await asked();
@@ -156,7 +159,7 @@ export class Control implements Source {
   }
 }
 
-/** Connects to the system with this token. Throws `RefusalError`, with status 401 if the token is unknown. */
+/** Connects to the system with this token. Throws `RefusalError`, with status 401 if the token is not valid. */
 export async function connect(token: string | null): Promise<Control> {
   const asker: Asker = { token, session: null };
   const version = await answer<Version>(asker, "GET", "/v1/version");

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The session's heartbeat. Runs in a worker, since the browser throttles timers of background pages, whose session would be lost.
 let beat: ReturnType<typeof setInterval> | undefined;
-/** Session that is kept alive now. An answer that concerns an earlier session is ignored. */
+/** Session that is currently kept alive. An answer that concerns an earlier session is ignored. */
 let present: unknown = null;
 
 self.onmessage = (message: MessageEvent<{ token: string | null; session: string; every_ms: number } | null>) => {

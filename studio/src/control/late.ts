@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { PressTime, Source } from "./source";
 
-/** Maximum age at which the daemon obeys a command, ms. */
+/** Maximum age at which the daemon accepts a command, ms. */
 const AGE_MAX_MS = 500;
 
 /**
- * Returns whether a command that was given at `pressed` is too old by now. Creating an instance may take longer than that; the instance
- * is then kept for the next press, which starts it at once.
+ * Returns whether a command given at `pressed` is already too old. Creating an instance may take longer than that; the instance is then
+ * kept for the next press, which starts it immediately.
  */
 export function isLate(control: Pick<Source, "pressed">, pressed: PressTime): boolean {
   const now = control.pressed();

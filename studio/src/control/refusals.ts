@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { worded } from "./wording";
 
-/** An error of the real-time system: its message, its subjects, where they were defined, and a remedy. */
+/** An error reported by the real-time system: its message, its subjects, the places where these were defined, and a remedy. */
 export interface Refusal {
   class: string;
   message: string;
@@ -15,7 +15,7 @@ export interface Place {
   line: number;
 }
 
-/** Thrown if the system refuses a request. The words are for the person: show `refusals`, each with its remedy. */
+/** Thrown if the system refuses a request. `refusals` are to be shown to the person, each with its remedy. */
 export class RefusalError extends Error {
   readonly refusals: Refusal[];
   /** HTTP status; 0 if there was no answer. */
@@ -33,7 +33,7 @@ export class RefusalError extends Error {
   }
 }
 
-/** Converts any error to refusals, so that all are shown in the same way. */
+/** Converts any error to refusals, so that all errors are shown in the same way. */
 export function refusalsOf(error: unknown): Refusal[] {
   if (error instanceof RefusalError) return error.refusals;
   if (error instanceof Error) return [{ class: error.name, message: error.message }];
@@ -49,7 +49,7 @@ export function unreachable(why: unknown): RefusalError {
   );
 }
 
-/** Returns the error for a command without a connection: it is not even sent, because it could arrive at any time. */
+/** Returns the error for a command given without a connection. The command is not sent, because it could then arrive at any later time. */
 export function unconnected(): RefusalError {
   return new RefusalError(
     [
@@ -63,7 +63,7 @@ export function unconnected(): RefusalError {
   );
 }
 
-/** Returns the refusal with its message and remedy in the page's words. */
+/** Returns the refusal with its message and remedy in the page's wording. */
 export function inWords<R extends { message: string; remedy?: string | null }>(refusal: R): R {
   const { message, remedy } = refusal;
   return { ...refusal, message: worded(message), ...(remedy ? { remedy: worded(remedy) } : {}) };

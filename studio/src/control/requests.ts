@@ -8,22 +8,22 @@ export interface Asker {
   session: string | null;
   /** Daemon's time at which the command was given, ms. The daemon refuses a command that arrives late. */
   asOf?: number;
-  /** True if the request stops or moves something: it does not queue behind the page's other requests. */
+  /** True if the request stops or moves something, so that it must not queue behind other requests of the page. */
   isFirst?: boolean;
-  /** True if the request does not wait for capacity of the system either: a refusal for lack of capacity is returned at once. */
+  /** True if the request must not wait until the system has capacity: a refusal for lack of capacity is returned immediately. */
   isUrgent?: boolean;
 }
 
-/** Maximum number of tries if the system has no capacity, and the longest wait between two, s. */
+/** Maximum number of attempts if the system has no capacity, and the maximum wait between two attempts, s. */
 const TRIES = 3;
 const AGAIN_MAX_S = 2;
 
-/** Sends one request to the control interface and returns its `result`. Throws `RefusalError`. */
+/** Sends one request to the control interface, and returns its `result`. Throws `RefusalError`. */
 export async function request<T>(asker: Asker, method: string, path: string, body?: unknown, signal?: AbortSignal): Promise<T> {
   return (await answer<{ result: T }>(asker, method, path, body, signal)).result;
 }
 
-/** Sends one request and returns the whole answer. Throws `RefusalError`, or `AbortError` if `signal` aborts it. */
+/** Sends one request, and returns the complete answer. Throws `RefusalError`, or `AbortError` if `signal` aborts it. */
 export async function answer<T>(asker: Asker, method: string, path: string, body?: unknown, signal?: AbortSignal): Promise<T> {
   const headers: Record<string, string> = {};
   if (asker.token) headers.Authorization = `Bearer ${asker.token}`;

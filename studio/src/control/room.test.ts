@@ -2,7 +2,7 @@
 import { afterEach, expect, test, vi } from "vitest";
 import { request } from "./requests";
 
-/** Pending answers of the system, in the order of the requests. */
+/** Pending answers of the system, in request order. */
 const open: { path: string; answer: () => void }[] = [];
 
 vi.stubGlobal(

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /**
- * Maximum number of concurrent background requests. A browser has six connections to a host, for all of its pages: this leaves one for
+ * Maximum number of concurrent background requests. A browser allows six connections to a host for all of its pages: this leaves one for
  * the heartbeat and two for requests that stop or move something, which never queue here.
  */
 const PLACES = 3;
@@ -9,7 +9,7 @@ const PLACES = 3;
 let free = PLACES;
 const waiting: (() => void)[] = [];
 
-/** Calls `work` as soon as a slot is free. Throws the errors of `work`, or the signal's reason if it aborts the wait. */
+/** Calls `work` as soon as a slot is free. Throws the errors of `work`, or the signal's reason if the signal aborts the wait. */
 export async function inTurn<T>(work: () => Promise<T>, signal?: AbortSignal): Promise<T> {
   await place(signal);
   try {

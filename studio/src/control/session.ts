@@ -4,7 +4,7 @@ import { type Asker, request } from "./requests";
 import { WatchedValue } from "./watched";
 
 const KEY = "opengpac.session";
-/** Storage key of the name of the person at this browser. */
+/** Storage key for the name of the person at this browser. */
 const PERSON = "opengpac.person";
 
 interface OpenedSession {
@@ -15,14 +15,15 @@ interface OpenedSession {
 }
 
 /**
- * The session of this page: opened at once, kept alive, and reopened if it is lost. The session owns the verb instances that it starts.
+ * The session of this page, opened at startup, kept alive, and reopened if it is lost. The session owns the verb instances that it
+ * starts.
  */
 export class Session {
-  /** Name of the session that others see; null while there is no session. */
+  /** Name of the session, which others see; null while there is no session. */
   readonly name = new WatchedValue<string | null>(null);
   /** Reason why there is no session; empty if there is one. */
   readonly trouble = new WatchedValue<Refusal[]>([]);
-  /** Name of the person at this page, shown to others; empty if it was not entered. */
+  /** Name of the person at this page, shown to others; empty if none was entered. */
   readonly person = new WatchedValue<string>(localStorage.getItem(PERSON) ?? "");
   readonly #asker: Asker;
   readonly #heartbeat: Worker;
@@ -34,7 +35,7 @@ export class Session {
     this.#heartbeat.onmessage = () => void this.renew();
   }
 
-  /** Opens a session, if there is none. Errors are stored in `trouble`. */
+  /** Opens a session, unless one is open. Errors are stored in `trouble`. */
   open(): Promise<void> {
     this.#opening ??= this.#open().finally(() => {
       this.#opening = null;
@@ -42,13 +43,13 @@ export class Session {
     return this.#opening;
   }
 
-  /** Opens another session if the system no longer knows the present one. */
+  /** Opens another session if the system no longer knows the current one. */
   renew(): Promise<void> {
     this.#forget();
     return this.open();
   }
 
-  /** Sets the name of the person at this page; the session continues under it. Throws `RefusalError`. */
+  /** Sets the name of the person at this page; the session continues under this name. Throws `RefusalError`. */
   async introduce(person: string): Promise<void> {
     const said = person.trim();
     if (said === "" || said === this.person.get()) return;
@@ -58,7 +59,7 @@ export class Session {
     this.person.set(said);
   }
 
-  /** Closes the session in order: the instances that it has started continue to run. */
+  /** Closes the session properly: the instances that it has started continue to run. */
   async close(): Promise<void> {
     if (this.#asker.session === null) return;
     await request(this.#asker, "DELETE", "/v1/sessions");

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the control interface takes and answers. Made by `npm run shapes` of crates/control/schemas/control-v1.json: not edited by hand.
 
-/** One alarm. */
+/** An alarm. */
 export interface Alarm {
-  /** Number of the alarm, counted over the system. */
+  /** Number of the alarm, unique within the system. */
   number: number;
   code: string;
   /** Verb, device or channel that raised the alarm. */
@@ -18,22 +18,22 @@ export interface Alarm {
   /** Number of occurrences. */
   count: number;
   /**
-   * Time of the last occurrence, on the system's clock and on the wall clock (ns since 1970; under the virtual clock the system's
-   * own).
+   * Time of the last occurrence, on the system's clock and on the wall clock (ns since the Unix epoch; if the system's clock is
+   * virtual, its time is used for both).
    */
   time_ns: number;
   wall_ns: number;
   returned_ns: number | null;
   acknowledged_ns: number | null;
-  /** True if the alarm can be shelved. Emergency stops, losses, critical alarms, and alarms of an earlier run stay in the list. */
+  /** True if the alarm can be shelved. Emergency stops, losses, critical alarms, and alarms from an earlier run stay in the list. */
   shelvable: boolean;
-  /** Shelvings of the alarm, latest last. */
+  /** Shelvings of the alarm, most recent last. */
   shelvings: Shelving[];
 }
 
-/** One alarm. */
+/** An alarm. */
 export interface AlarmRequest {
-  /** Number of the alarm, counted over the system. */
+  /** Number of the alarm, unique within the system. */
   number: number;
   code: string;
   /** Verb, device or channel that raised the alarm. */
@@ -48,16 +48,16 @@ export interface AlarmRequest {
   /** Number of occurrences. */
   count: number;
   /**
-   * Time of the last occurrence, on the system's clock and on the wall clock (ns since 1970; under the virtual clock the system's
-   * own).
+   * Time of the last occurrence, on the system's clock and on the wall clock (ns since the Unix epoch; if the system's clock is
+   * virtual, its time is used for both).
    */
   time_ns: number;
   wall_ns: number;
   returned_ns?: number | null;
   acknowledged_ns?: number | null;
-  /** True if the alarm can be shelved. Emergency stops, losses, critical alarms, and alarms of an earlier run stay in the list. */
+  /** True if the alarm can be shelved. Emergency stops, losses, critical alarms, and alarms from an earlier run stay in the list. */
   shelvable?: boolean;
-  /** Shelvings of the alarm, latest last. */
+  /** Shelvings of the alarm, most recent last. */
   shelvings?: ShelvingRequest[];
 }
 
@@ -75,17 +75,17 @@ export interface AlarmTextRequest {
   severity?: Severity;
 }
 
-/** The alarms of a system, as returned by a call. */
+/** Alarms of a system, as returned by a call. */
 export interface Alarms {
   /** Alarms that are active or not acknowledged, newest last. */
   current: Alarm[];
-  /** Alarms that an operator has removed from that list for a limited time. */
+  /** Alarms that an operator has removed from the list of current alarms for a limited time. */
   shelved: Alarm[];
   /** Alarms of the past, oldest first. */
   history: Alarm[];
   /** Text of each code. */
   texts: { [name: string]: AlarmText };
-  /** Number of alarms that were dropped before they were over because the list was full. */
+  /** Number of current alarms that were dropped because the list was full. */
   dropped: number;
 }
 
@@ -93,14 +93,14 @@ export interface Alarms {
 export interface Application {
   /** Name of a verb defined in the system. */
   verb: string;
-  /** Name of the instance; absent: `verb#n`. */
+  /** Name of the instance; if absent, `verb#n`. */
   name: string | null;
   arguments: { [name: string]: Argument };
-  /** Pattern over flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first match wins. */
+  /** Pattern for flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first match wins. */
   placement: { [name: string]: string };
-  /** Intervals changed at application: label → ns. */
+  /** Intervals changed by the application: label → ns. */
   every: { [name: string]: number };
-  /** Values of a start, if they are to be checked too. */
+  /** Values of a start, if they are also to be checked. */
   values?: { [name: string]: Value };
   /** Logical device whose own verb this is. */
   owner: string | null;
@@ -111,21 +111,21 @@ export interface Application {
 export interface ApplicationRequest {
   /** Name of a verb defined in the system. */
   verb: string;
-  /** Name of the instance; absent: `verb#n`. */
+  /** Name of the instance; if absent, `verb#n`. */
   name?: string | null;
   arguments?: { [name: string]: Argument };
-  /** Pattern over flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first match wins. */
+  /** Pattern for flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first match wins. */
   placement?: { [name: string]: string };
-  /** Intervals changed at application: label → ns. */
+  /** Intervals changed by the application: label → ns. */
   every?: { [name: string]: number };
-  /** Values of a start, if they are to be checked too. */
+  /** Values of a start, if they are also to be checked. */
   values?: { [name: string]: Value };
   /** Logical device whose own verb this is. */
   owner?: string | null;
   place?: SourceLocation | null;
 }
 
-/** Arbitration of a start that needs an item of a logical device that another verb holds. */
+/** Treatment of a start that needs an item of a logical device that another verb holds. */
 export type Arbitration = "refuse" | "queue" | "abort";
 
 /** Argument of an instantiation parameter or object. */
@@ -149,13 +149,13 @@ export type Argument = {
   devices: string[];
 };
 
-/** Kind of a verb's argument. */
+/** Kind of argument of a verb. */
 export type ArgumentKind = "device" | "group" | "svv" | "channel";
 
-/** An arm: joints that move one tool. */
+/** An arm: joints that together move one tool. */
 export interface ArmDescription {
   name: string;
-  /** Logical devices of its joints, in the order of the chain. */
+  /** Logical devices of the arm's joints, in the order of the chain. */
   joints: string[];
   /** Geometry that connects the joints; null if it is unknown. */
   chain: ChainDescription | null;
@@ -163,10 +163,10 @@ export interface ArmDescription {
   missing: string;
 }
 
-/** An arm: joints that move one tool. */
+/** An arm: joints that together move one tool. */
 export interface ArmDescriptionRequest {
   name: string;
-  /** Logical devices of its joints, in the order of the chain. */
+  /** Logical devices of the arm's joints, in the order of the chain. */
   joints: string[];
   /** Geometry that connects the joints; null if it is unknown. */
   chain?: ChainDescription | null;
@@ -174,7 +174,7 @@ export interface ArmDescriptionRequest {
   missing?: string;
 }
 
-/** `POST /v1/command/request`. */
+/** Body of `POST /v1/command/request`. */
 export interface AskForCommand {
   /** Purpose, shown to the holder. */
   reason?: string;
@@ -184,14 +184,14 @@ export interface AskForCommand {
 
 /** A session that requests command. */
 export interface AskingSession {
-  /** Number of the request, counted over the system. */
+  /** Number of the request, unique within the system. */
   number: number;
   /** Session that made the request. */
   name: string;
   /** Caller of that session. */
   who: string;
   person: string | null;
-  /** Purpose, for people. */
+  /** Human-readable purpose. */
   reason: string;
   /** Remaining waiting time, ms. */
   left_ms: number;
@@ -199,9 +199,9 @@ export interface AskingSession {
 
 /** A block of a verb instance. */
 export interface BlockAbout {
-  /** A block of a nested graph: `outer.inner.block`. */
+  /** Label of the block; in a nested graph, `outer.inner.block`. */
   label: string;
-  /** `module.block`. */
+  /** Function block, as `module.block`. */
   block: string;
   /** Interrupt source that runs the block, `rtp.source`. */
   source: string;
@@ -233,26 +233,26 @@ export type BlockSourceRequest = {
 export interface BlockTimes {
   /** Verb instance. */
   instance: string;
-  /** A block of a nested graph: `outer.inner.block`. */
+  /** Label of the block; in a nested graph, `outer.inner.block`. */
   label: string;
-  /** `module.block`. */
+  /** Function block, as `module.block`. */
   block: string;
   /** Number of invocations measured. */
   samples: number;
-  /** Duration of the last of them, ns. */
+  /** Duration of the most recently measured invocation, ns. */
   last_ns: number;
   /** Mean duration, ns. */
   mean_ns: number;
   /** Maximum duration, ns. */
   max_ns: number;
-  /** Number of the last measured invocation. */
+  /** Number of the most recently measured invocation. */
   number: number;
 }
 
 /** One use of a block in a graph or verb. */
 export interface BlockUse {
   block: WrittenBlockSource;
-  /** Constants for parameters, presets, sizes and inputs of this use (`code.biquad(b0=0.1)`). */
+  /** Constants for parameters, presets, sizes and inputs of this block (`code.biquad(b0=0.1)`). */
   constants: { [name: string]: Value };
   place: SourceLocation | null;
 }
@@ -260,7 +260,7 @@ export interface BlockUse {
 /** One use of a block in a graph or verb. */
 export interface BlockUseRequest {
   block: WrittenBlockSourceRequest;
-  /** Constants for parameters, presets, sizes and inputs of this use (`code.biquad(b0=0.1)`). */
+  /** Constants for parameters, presets, sizes and inputs of this block (`code.biquad(b0=0.1)`). */
   constants?: { [name: string]: Value };
   place?: SourceLocation | null;
 }
@@ -271,9 +271,9 @@ export type Bound = number | string;
 /** A button that starts a verb, and halts it while it runs. */
 export interface Button {
   label: string;
-  /** Creates an instance of a verb and starts it with these values. If it has no name, it is called `WORKSPACE.LABEL`. */
+  /** Verb to apply: an instance is created and started with these values. If it has no name, it is called `WORKSPACE.LABEL`. */
   start?: Application | null;
-  /** Instance to start instead, created by a program. */
+  /** Instance, created by a program, to start instead. */
   instance?: string | null;
   /** Start values of that instance: input parameter → value. */
   values?: { [name: string]: Value };
@@ -282,9 +282,9 @@ export interface Button {
 /** A button that starts a verb, and halts it while it runs. */
 export interface ButtonRequest {
   label: string;
-  /** Creates an instance of a verb and starts it with these values. If it has no name, it is called `WORKSPACE.LABEL`. */
+  /** Verb to apply: an instance is created and started with these values. If it has no name, it is called `WORKSPACE.LABEL`. */
   start?: ApplicationRequest | null;
-  /** Instance to start instead, created by a program. */
+  /** Instance, created by a program, to start instead. */
   instance?: string | null;
   /** Start values of that instance: input parameter → value. */
   values?: { [name: string]: Value };
@@ -293,28 +293,28 @@ export interface ButtonRequest {
 /** Kind of a data object. */
 export type CellKind = "svv" | "private" | "constant" | "channel";
 
-/** Geometry of an arm, as a value of the parameter `chain` of the kinematic blocks. Poses are x y z (m), then the quaternion w x y z. */
+/** Geometry of an arm, as the value of the parameter `chain` of the kinematics blocks. Poses are x y z (m), then the quaternion w x y z. */
 export interface ChainDescription {
   /** Number of joints. */
   joints: number;
-  /** Kind of each of 16 joints: 0 does not move the tool, 1 turns, 2 slides. */
+  /** Kind of each of 16 joints: 0 does not move the tool, 1 revolute, 2 prismatic. */
   kind: number[];
-  /** Base of the arm in the frame in which poses are given. */
+  /** Pose of the arm's base in the frame in which poses are specified. */
   base: number[];
-  /** Flange in the frame of the base with every joint at 0. */
+  /** Pose of the flange in the frame of the base with all joints at 0. */
   home: number[];
-  /** Tool in the frame of the flange. */
+  /** Pose of the tool in the frame of the flange. */
   tool: number[];
-  /** Unit vector along the axis of each of 16 joints, in the frame of the base, with every joint at 0. */
+  /** Unit vector along the axis of each of 16 joints, in the frame of the base, with all joints at 0. */
   axis: number[][];
   /** Point on each of these axes, m. */
   anchor: number[][];
 }
 
 export interface Channel {
-  /** `part.channel` or a plain name. */
+  /** Name: `part.channel` or a plain name. */
   name: string;
-  /** True: the channel is written; false: it is read. */
+  /** True if the channel is written, false if it is read. */
   write: boolean;
   type_text: string;
   unit: string;
@@ -323,7 +323,7 @@ export interface Channel {
 /** Class of a refusal: the name of the Python exception class. */
 export type Class = "TypeMismatch" | "UnitMismatch" | "NotEnabled" | "DeviceFailed" | "EmergencyStopped" | "CompositionConflict" | "DefinitionError" | "UnknownName" | "CoverError" | "SecondWriter" | "SchedulingError" | "SynchronousCycle" | "PlacementError" | "ValueRefused" | "OutOfRange" | "NotHomed" | "CallError" | "InvalidState" | "ModuleError" | "InUse" | "NotAllowed" | "NotCommanding" | "SessionLost" | "LimitExceeded" | "AuditFailed";
 
-/** The clock of a system. */
+/** Clock of a system. */
 export type ClockName = "monotonic" | "virtual";
 
 /** A function block command. */
@@ -337,7 +337,7 @@ export type Command = {
   command: "activate";
   block: string;
   every_ns: number | null;
-  /** True if the interval may be changed while the verb runs. */
+  /** True if the interval may be changed while the verb is running. */
   tunable: boolean;
   budget_ns: number | null;
 } | {
@@ -372,7 +372,7 @@ export type CommandRequest = {
   command: "activate";
   block: string;
   every_ns?: number | null;
-  /** True if the interval may be changed while the verb runs. */
+  /** True if the interval may be changed while the verb is running. */
   tunable?: boolean;
   budget_ns?: number | null;
 } | {
@@ -386,10 +386,10 @@ export type CommandRequest = {
   command: "ready";
 };
 
-/** A command list, or just its commands. */
+/** A command list, or only its commands. */
 export type Commands = WrittenCommand[];
 
-/** A command list, or just its commands. */
+/** A command list, or only its commands. */
 export type CommandsRequest = WrittenCommandRequest[];
 
 /** Definition of a composed verb. */
@@ -399,13 +399,13 @@ export interface Composition {
   /** Label → verb, in the order of the parameters of a call. */
   parts: { [name: string]: VerbRequest };
   transitions?: Step[];
-  /** Part or list to begin with; absent: the first part. */
+  /** Initial part or list; if absent, the first part. */
   initial?: string | null;
   /** `part.name` → name in the composed verb, for a parameter, object, output or condition. */
   rename?: { [name: string]: string };
   /** `part.input` → fixed value of the input. */
   preset?: { [name: string]: Value };
-  /** Labels of blocks of which all parts use one instance. */
+  /** Labels of blocks of which all parts use the same instance. */
   share?: string[];
   /** True if the initial lists of all parts are merged into one. */
   together?: boolean;
@@ -428,22 +428,22 @@ export interface Configuration {
 
 /** An unreadable part of a recording. */
 export type DamagedPart = {
-  /** First byte of the part in the file; `ends` is the first byte after it. */
+  /** Offset of the first byte of the part in the file; `ends` is the offset after its last byte. */
   begins: number;
   ends: number;
   what: string;
-  /** Bounds on the times of the lost messages, ns on the system's clock, as far as the file contains them. */
+  /** Bounds on the times of the lost messages, ns on the system's clock, if the file contains them. */
   from_ns: number | null;
   to_ns: number | null;
-  /** Number of lost messages by channel: empty if there are none, `None` if the file does not contain the numbers. */
+  /** Number of lost messages by channel: empty if none is lost, `None` if the file does not contain the numbers. */
   lost: { [name: string]: number } | null;
 };
 
-/** `POST /v1/command/decline`. */
+/** Body of `POST /v1/command/decline`. */
 export interface DeclineRequest {
   /** Session that made the request. */
   name: string;
-  /** Reason, for people. */
+  /** Human-readable reason. */
   reason?: string;
 }
 
@@ -453,7 +453,7 @@ export interface DeviceParameter {
   tunable: boolean;
   /** Values that the parameter may have. */
   within?: Within | null;
-  /** True if the PS keeps the value over a warm restart; absent: true for a tunable parameter. */
+  /** True if the PS keeps the value across a warm restart; if absent, true for a tunable parameter. */
   keep?: boolean | null;
 }
 
@@ -463,7 +463,7 @@ export interface DeviceParameterRequest {
   tunable?: boolean;
   /** Values that the parameter may have. */
   within?: Within | null;
-  /** True if the PS keeps the value over a warm restart; absent: true for a tunable parameter. */
+  /** True if the PS keeps the value across a warm restart; if absent, true for a tunable parameter. */
   keep?: boolean | null;
 }
 
@@ -473,23 +473,23 @@ export interface DevicePart {
   [more: string]: unknown;
 }
 
-/** Request for a logical device. */
+/** Request to create a logical device. */
 export interface DeviceRequest {
   device_type: string;
   /** Parameters that differ from the type's. */
   parameters?: { [name: string]: Value };
   /**
-   * Verb that operates the device, if it differs from the type's because its drive is commanded in another way. Members match its
-   * parameters by name.
+   * Verb that operates the device, if it differs from the type's because the drive is commanded in a different way. Its parameters are
+   * matched to the members by name.
    */
   verb?: string | null;
-  /** Further arguments of the verb (`drive`). */
+  /** Additional arguments of the verb (`drive`). */
   arguments?: { [name: string]: Argument };
   /** `rtp.name` of the source on which the verb runs. */
   source?: string | null;
-  /** Intervals of the verb's blocks that differ from the command list's, ns. */
+  /** Intervals of the verb's blocks that differ from those in the command list, ns. */
   every?: { [name: string]: number };
-  /** Parts of units that this device replaces, in order. */
+  /** Unit parts that this device replaces, in order. */
   units?: [string, string][];
   /** Arbitration for a second verb that commands the device, if it differs from the type's. */
   arbitration?: Arbitration | null;
@@ -499,11 +499,11 @@ export interface DeviceRequest {
 /** State of a logical device. */
 export type DeviceState = "disabled" | "enabling" | "standstill" | "moving" | "stopping" | "fault";
 
-/** A logical device type: an optional verb, SVVs, parameters. */
+/** A logical device type: an optional verb, SVVs, and parameters. */
 export interface DeviceType {
   name: string;
   doc: string;
-  /** Name of the verb that operates the device; members match its parameters by name. */
+  /** Name of the verb that operates the device; its parameters are matched to the members by name. */
   verb: string | null;
   svvs: { [name: string]: SvvSpecification };
   parameters: { [name: string]: DeviceParameter };
@@ -511,11 +511,11 @@ export interface DeviceType {
   place: SourceLocation | null;
 }
 
-/** A logical device type: an optional verb, SVVs, parameters. */
+/** A logical device type: an optional verb, SVVs, and parameters. */
 export interface DeviceTypeRequest {
   name: string;
   doc?: string;
-  /** Name of the verb that operates the device; members match its parameters by name. */
+  /** Name of the verb that operates the device; its parameters are matched to the members by name. */
   verb?: string | null;
   svvs?: { [name: string]: SvvSpecificationRequest };
   parameters?: { [name: string]: DeviceParameterRequest };
@@ -523,7 +523,7 @@ export interface DeviceTypeRequest {
   place?: SourceLocation | null;
 }
 
-/** Drawing to check: either a graph or a verb. */
+/** Drawing to check: a graph or a verb. */
 export interface Drawing {
   graph?: GraphRequest | null;
   verb?: VerbRequest | null;
@@ -544,9 +544,12 @@ export interface DriverOption {
   kind: string;
   /** Unit, or empty if none. */
   unit: string;
-  /** Range of a number, or of each number of a list, `(0, 10]`: a round bracket excludes its end. Omitted if every number is valid. */
+  /**
+   * Range of a number, or of each number in a list, such as `(0, 10]`: a round bracket excludes the end. Omitted if every number is
+   * valid.
+   */
   range?: string | null;
-  /** Default in words; null: the option is required. */
+  /** Description of the default; null if the option is required. */
   default: string | null;
   doc: string;
 }
@@ -555,9 +558,9 @@ export interface DriverOption {
 export interface DriverSafeState {
   /** Description of the state. */
   doc: string;
-  /** Agents that bring it about: "driver", "guard", "device", "end of process". */
+  /** Agents that establish the state: "driver", "guard", "device", "end of process". */
   by: string[];
-  /** Maximum time from the request until it holds, ns. */
+  /** Maximum time from the request until the state is reached, ns. */
   within_ns: number;
 }
 
@@ -566,18 +569,21 @@ export interface DriverService {
   name: string;
   doc: string;
   arguments: DriverOption[];
-  /** Kind of its answer; null: there is no answer. */
+  /** Kind of the service's answer; null if there is none. */
   answer: string | null;
-  /** True if the service moves the device: it is refused while an emergency stop is latched. */
+  /** True if the service moves the device and is therefore refused while an emergency stop is latched. */
   moves: boolean;
 }
 
-/** Reason why an active block becomes due: its interval or trigger, the blocks that drive it, or values from other sources and instances. */
+/**
+ * Reason for which an active block becomes due: its interval or trigger, the blocks that drive it, or values from other sources and
+ * instances.
+ */
 export type DueBy = "interval" | "driven" | "queued";
 
-/** One end of one start. */
+/** End of one start. */
 export interface End {
-  /** Number of the end, counted from 0 over the life of the system. */
+  /** Number of the end, counted from 0 over the lifetime of the system. */
   number: number;
   instance: number;
   report: Report;
@@ -599,43 +605,43 @@ export interface ForcedSignal {
   since_s: number;
 }
 
-/** An argument for creating an instance. */
+/** Argument needed to create an instance. */
 export interface FormArgument {
   name: string;
   kind: ArgumentKind;
   /** Type of a device or a group. */
   of: string | null;
-  /** Type of an SVV or channel; empty if the argument has several. */
+  /** Type of an SVV or channel; empty if the argument may have several types. */
   type_text: string;
   unit: string;
   doc: string;
-  /** Channels of the part that are used. */
+  /** Channels that are used, if the argument is a part. */
   members: string[];
 }
 
-/** A value passed to a start. */
+/** Value passed to a start. */
 export interface FormInput {
   name: string;
   type_text: string;
   unit: string;
   doc: string;
   default: Value | null;
-  /** Number, or parameter of an object, `arm.max_speed`, optionally preceded by a minus sign. */
+  /** Number, or parameter of an object, such as `arm.max_speed`, optionally preceded by a minus sign. */
   minimum: Bound | null;
   maximum: Bound | null;
   /** SVV of an object to which the range is relative. */
   counted_from: string | null;
   /** True if the input has no default. */
   required: boolean;
-  /** True if the value may be changed while the verb runs. */
+  /** True if the value may be changed while the verb is running. */
   tunable: boolean;
 }
 
 /** Groups of fused blocks, and blocks that are not fused. */
 export interface FusedBlocks {
-  /** True if tables use the available entries, including those of future instances. */
+  /** True if tables use the available entry points, including those of future instances. */
   on: boolean;
-  /** Number of groups not compiled yet, with which `fuse` continues. */
+  /** Number of groups that have not been compiled yet, with which `fuse` continues. */
   waiting: number;
   /** Groups of blocks, identified by their sources. */
   groups: FusedGroup[];
@@ -643,28 +649,31 @@ export interface FusedBlocks {
   single: SingleBlock[];
 }
 
-/** Consecutive blocks that are always due together and of which some read values stored by others. */
+/** Consecutive blocks that are always due together, some of which read values stored by others. */
 export interface FusedGroup {
-  /** Interrupt source that fires them. */
+  /** Interrupt source on which the blocks run. */
   source: string;
-  /** `instance.label`, in execution order. */
+  /** Labels of the blocks, as `instance.label`, in execution order. */
   blocks: string[];
-  /** True if the group runs by one entry. */
+  /** True if the group runs through one entry point. */
   fused: boolean;
-  /** Reason why the group has no entry. */
+  /** Reason why the group has no entry point. */
   why: string | null;
 }
 
-/** Bodies of a machine for drawing. Metres; quaternions w x y z; poses are relative to the parent. */
+/** Bodies of a machine for drawing. Lengths are in metres, quaternions are w x y z, and poses are relative to the parent. */
 export interface Geometry {
   /** Bodies in the order of the model; the first is the world. */
   bodies: GeometryBody[];
   meshes: GeometryMesh[];
-  /** Name by which contacts are read, six numbers each: position, m, and force, N, in the world; null: contacts are not reported. */
+  /**
+   * Name under which contacts are read, six numbers each: position, m, and force, N, in the world frame; null if contacts are not
+   * reported.
+   */
   contacts: string | null;
 }
 
-/** A body: its pose on its parent, its joint, its shapes. */
+/** A body: its pose relative to its parent, its joint, and its shapes. */
 export interface GeometryBody {
   name: string;
   /** Parent; null for the world. */
@@ -689,7 +698,7 @@ export interface GeometryGeom {
   quaternion: [number, number, number, number];
   /** Red, green, blue, opacity, 0 to 1. */
   rgba: [number, number, number, number];
-  /** Index into the meshes; null: the shape is drawn according to its kind. */
+  /** Index into the meshes; null if the shape is drawn according to its kind. */
   mesh: number | null;
 }
 
@@ -699,13 +708,16 @@ export interface GeometryJoint {
   kind: JointKind;
   axis: [number, number, number];
   position: [number, number, number];
-  /** Position of a hinge or slide in the drawn model, rad or m. A viewer turns by position - reference. */
+  /**
+   * Position of a revolute or prismatic joint in the drawn model, rad or m. A viewer rotates or moves the body by position -
+   * reference.
+   */
   reference: number | null;
-  /** Name by which its position is read; null: no channel reports it. */
+  /** Name under which the joint's position is read; null if no channel reports it. */
   svv: string | null;
 }
 
-/** Mesh of triangles. */
+/** Triangle mesh. */
 export interface GeometryMesh {
   /** Coordinates, three per vertex. */
   vertices: number[];
@@ -723,7 +735,7 @@ export interface Graph {
   cells: { [name: string]: NameList };
   /** Relaxed modes: port → mode. */
   modes: { [name: string]: PortMode };
-  /** `divide={"estimator": 5}`: the block runs at 5 T if the graph is activated at T. */
+  /** `divide={"estimator": 5}`: the block runs with period 5 T if the graph is activated with period T. */
   divide: { [name: string]: number };
   place: SourceLocation | null;
 }
@@ -738,33 +750,33 @@ export interface GraphRequest {
   cells?: { [name: string]: NameList };
   /** Relaxed modes: port → mode. */
   modes?: { [name: string]: PortMode };
-  /** `divide={"estimator": 5}`: the block runs at 5 T if the graph is activated at T. */
+  /** `divide={"estimator": 5}`: the block runs with period 5 T if the graph is activated with period T. */
   divide?: { [name: string]: number };
   place?: SourceLocation | null;
 }
 
-/** `POST /v1/command/hand_over`. */
+/** Body of `POST /v1/command/hand_over`. */
 export interface HandOver {
-  /** Session that takes command. */
+  /** Session that receives command. */
   to: string;
 }
 
-/** Holder of command, pending requests, and the outcomes of the last requests. */
+/** Holder of command, pending requests, and the outcomes of the most recent requests. */
 export interface Holder {
   /** Name of the session that has command; null if none does. */
   holder: string | null;
   /** Caller of that session: a user, a token or a certificate. */
   who: string | null;
-  /** Name of its person, if provided. */
+  /** Name of that session's person, if provided. */
   person: string | null;
   /** Pending requests for command, oldest first. */
   requests: AskingSession[];
-  /** Last completed requests, oldest first. */
+  /** Most recently completed requests, oldest first. */
   settled: SettledRequest[];
 }
 
 /**
- * Sets `set`, a bool input or parameter, to true; the verb stops when the condition `until` occurs. Resuming clears `set`. Applies in
+ * Sets `set`, a Boolean input or parameter, to true; the verb stops when the condition `until` occurs. Resuming clears `set`. Applies in
  * the command lists in which the block of `until` is active.
  */
 export interface Holding {
@@ -790,14 +802,14 @@ export interface InputParameter {
   targets: NameList;
   default: Value | null;
   tunable: boolean;
-  /** True if the default is the value at every start and no call can override it (`preset=` of a composition). */
+  /** True if the default is used at every start and no call can override it (`preset=` of a composition). */
   preset: boolean;
   unit: string;
   /** Minimum and maximum, checked before a start. */
   within: [Bound, Bound] | null;
-  /** SVV of an object to which the value is relative: the range applies to their sum (`arm.commanded`, for a relative goal). */
+  /** SVV of an object to which the value is relative (`arm.commanded`, for a relative goal): the range applies to their sum. */
   counted_from: string | null;
-  /** Attribute of an object, `arm.chain`, that the PS looks up if a call omits the input. */
+  /** Attribute of an object, such as `arm.chain`, that the PS reads if a call omits the input. */
   member?: string | null;
   /** Name of the PS function that converts user input to the value. */
   form?: string | null;
@@ -809,28 +821,28 @@ export interface InputParameterRequest {
   targets: NameList;
   default?: Value | null;
   tunable?: boolean;
-  /** True if the default is the value at every start and no call can override it (`preset=` of a composition). */
+  /** True if the default is used at every start and no call can override it (`preset=` of a composition). */
   preset?: boolean;
   unit?: string;
   /** Minimum and maximum, checked before a start. */
   within?: [Bound, Bound] | null;
-  /** SVV of an object to which the value is relative: the range applies to their sum (`arm.commanded`, for a relative goal). */
+  /** SVV of an object to which the value is relative (`arm.commanded`, for a relative goal): the range applies to their sum. */
   counted_from?: string | null;
-  /** Attribute of an object, `arm.chain`, that the PS looks up if a call omits the input. */
+  /** Attribute of an object, such as `arm.chain`, that the PS reads if a call omits the input. */
   member?: string | null;
   /** Name of the PS function that converts user input to the value. */
   form?: string | null;
   place?: SourceLocation | null;
 }
 
-/** Activation of a block, and the reason why it becomes due. */
+/** Activation of a block, and the reason for which it becomes due. */
 export interface InstalledActivation {
-  /** True while the activation is on. */
+  /** True if it is active. */
   on: boolean;
   due: DueBy;
   /** Labels of the blocks that drive the activation. */
   by: string[];
-  /** Rate in each command list in which the activation is on. */
+  /** Rate in each command list in which it is active. */
   rates: { [name: string]: Rate };
   /** Time budget of one invocation, ns. */
   budget_ns: number | null;
@@ -840,16 +852,16 @@ export interface InstalledActivation {
 
 /** A function block instance. */
 export interface InstalledBlock {
-  /** A block of a nested graph: `outer.inner.block`. */
+  /** Label of the block; in a nested graph, `outer.inner.block`. */
   label: string;
-  /** `module.block`. */
+  /** Function block, as `module.block`. */
   block: string;
   doc: string;
   /** Interrupt source that runs the block, `rtp.source`. */
   source: string;
-  /** Number of elements of its sized ports. */
+  /** Number of elements of the block's sized ports. */
   size: number | null;
-  /** Source file of the block; empty if not known. */
+  /** Source file of the block; empty if unknown. */
   file: string;
   /** Current interval if the block is active, otherwise that of the first list that activates it, ns; null if no timer determines it. */
   every_ns: number | null;
@@ -874,18 +886,18 @@ export interface InstalledCell {
 /** A termination condition. */
 export interface InstalledCondition {
   name: string;
-  /** Block conditions that it consists of, `label.condition`. */
+  /** Block conditions that make up this condition, as `label.condition`. */
   of: string[];
   /** True if every verb has the condition: `halted`, `time_limit`. */
   system: boolean;
-  /** Output values that it returns. */
+  /** Output values that the condition returns. */
   returns: string[];
-  /** True if it ends the verb with an exception. */
+  /** True if the condition ends the verb with an exception. */
   raises: boolean;
-  /** Command lists in which it holds; empty: all. */
+  /** Command lists in which the condition holds; if empty, all. */
   during: string[];
   priority: number;
-  /** Code of the alarm that it raises. */
+  /** Code of the alarm that the condition raises. */
   alarm: string | null;
 }
 
@@ -895,21 +907,21 @@ export interface InstalledInstance {
   name: string;
   verb: string;
   state: InstanceState;
-  /** Command list that is running, or ran last. */
+  /** Command list that is running or was the last to run. */
   list: string;
   /** Index of the current wait in the list. */
   stage: number;
-  /** Logical device whose own verb it is. */
+  /** Logical device whose own verb the instance is. */
   owner: string | null;
   /** Number of starts. */
   starts: number;
-  /** Owner of the instance, or the first of the logical devices that it acts on. */
+  /** Owner of the instance, or else the first of the logical devices on which it acts. */
   device: string | null;
-  /** Logical devices that the instance acts on. */
+  /** Logical devices on which the instance acts. */
   devices: string[];
   /**
-   * Current values of the input parameters: those of the latest start with later changes, or the defaults before the first start. Null
-   * if there is no value yet.
+   * Current values of the input parameters: those of the latest start, updated by later changes, or the defaults before the first
+   * start. Null if there is no value yet.
    */
   inputs: { [name: string]: Value | null };
   blocks: InstalledBlock[];
@@ -917,7 +929,7 @@ export interface InstalledInstance {
   lists: InstalledList[];
   conditions: InstalledCondition[];
   transitions: InstalledTransition[];
-  /** List that a start begins with. */
+  /** List with which a start begins. */
   initial: string;
   /** List that runs at the end. */
   ending: string | null;
@@ -931,7 +943,7 @@ export interface InstalledInstances {
 /** A command list. */
 export interface InstalledList {
   name: string;
-  /** Commands in the syntax of a program, for people to read. */
+  /** Commands in the syntax of a program, for display. */
   commands: string[];
 }
 
@@ -939,16 +951,16 @@ export interface InstalledList {
 export interface InstalledPort {
   name: string;
   direction: PortDirection;
-  /** True if the block writes it. */
+  /** True if the block writes the port. */
   writes: boolean;
   type_text: string;
   unit: string;
   /** Effective mode: `synchronous`, `ratio 5`, `asynchronous`. */
   mode: string;
   doc: string;
-  /** SVV, private cell, channel or constant that it is bound to, by the name used in `read`, `svv_about` and the stream. */
+  /** SVV, private cell, channel or constant to which the port is bound, by the name used in `read`, `svv_about` and the stream. */
   cell: string | null;
-  /** True for an input without a default. */
+  /** True if it is an input without a default. */
   required: boolean;
   /** Cells of an array port that is bound to one cell per element. */
   cells?: string[] | null;
@@ -971,24 +983,24 @@ export interface InstanceAbout {
   blocks: BlockAbout[];
   /** Names of the command lists. */
   lists: string[];
-  /** Command list that is running, or ran last. */
+  /** Command list that is running or was the last to run. */
   list: string;
-  /** Names of the termination conditions, including those of every verb. */
+  /** Names of the termination conditions, including those that every verb has. */
   conditions: string[];
   /**
-   * Current values of the input parameters: those of the latest start with later changes, or the defaults before the first start. Null
-   * if there is no value yet.
+   * Current values of the input parameters: those of the latest start, updated by later changes, or the defaults before the first
+   * start. Null if there is no value yet.
    */
   inputs: { [name: string]: Value | null };
   /** Names of the output values. */
   outputs: string[];
-  /** Logical device whose own verb it is. */
+  /** Logical device whose own verb the instance is. */
   owner: string | null;
   /** Number of starts. */
   starts: number;
   /** Running time since the start, excluding suspensions, s. */
   running_s: number;
-  /** Arguments that were added implicitly at creation, and other remarks. */
+  /** Remarks, for example about arguments that were added implicitly at creation. */
   remarks: string[];
 }
 
@@ -1001,9 +1013,9 @@ export interface InstanceStatistics {
   name: string;
   verb: string;
   state: InstanceState;
-  /** Command list that is running, or ran last. */
+  /** Command list that is running or was the last to run. */
   list: string;
-  /** Logical device whose own verb it is. */
+  /** Logical device whose own verb the instance is. */
   owner: string | null;
   /** Running time since the start, excluding suspensions, s. */
   running_s: number;
@@ -1011,64 +1023,67 @@ export interface InstanceStatistics {
 
 /** Interface of a block. */
 export interface Interface {
-  /** `module.block`. */
+  /** Name of the block, as `module.block`. */
   name: string;
   doc: string;
   items: Item[];
-  /** Named struct types that items use: name → declaration (`struct { double x; double[4] q; }`). */
+  /** Named struct types used by the items: name → declaration (`struct { double x; double[4] q; }`). */
   types: { [name: string]: string };
   file: string;
   line: number;
 }
 
-/** One item of an interface; its index in [`Interface::items`] is its index in the descriptor. */
+/** Item of an interface; its index in [`Interface::items`] equals its index in the descriptor. */
 export interface Item {
   name: string;
   kind: ItemKind;
   mode: PortMode;
-  /** C type as declared; empty for a condition without a value. */
+  /** C type as declared; empty if the item is a condition without a value. */
   type_text: string;
   unit: string;
   /**
    * Items whose units determine the unit of this item: declared as `=u`, the unit of u, or `=k.u`, the product of both units. `unit`
-   * is empty then.
+   * is then empty.
    */
   unit_of?: string[];
   /**
-   * Allowed numbers, for an array those of each element: declared after the unit, `rad/s (0, 10]`. If absent, any finite number is
+   * Allowed numbers (for an array, of each element), declared after the unit as in `rad/s (0, 10]`. If absent, any finite number is
    * allowed.
    */
   range?: Range | null;
   doc: string;
-  /** An input that may stay unbound. */
+  /** True if the input may stay unbound. */
   has_default: boolean;
   nonfinite: boolean;
   /** True if the number of elements is the block's size. */
   sized: boolean;
-  /** Number of last values that an input reads, oldest first; 0 if it reads only the current one. `type_text` is the type of one value. */
+  /**
+   * Number of most recent values that a history input reads; they are ordered oldest first. 0 if the input reads only the current
+   * value. `type_text` is the type of a single value.
+   */
   history: number;
-  /** Default of a parameter, preset or defaulted input, as bytes of the type (from the descriptor's image); unused for a size. */
+  /** Default of a parameter, preset or defaulted input, as bytes of its type (from the descriptor's image); unused for a size. */
   default: number[];
-  /** Size item: minimum and maximum n. */
+  /** Minimum and maximum n of a size item. */
   least: number;
   most: number;
 }
 
 export type ItemKind = "input" | "output" | "device_read" | "device_write" | "condition" | "parameter" | "state" | "size";
 
-/** Kind of a joint's motion. */
+/** Type of joint. */
 export type JointKind = "free" | "ball" | "slide" | "hinge";
 
 /** An end report that is kept for its session. */
 export interface KeptReport {
-  /** Number of the end, counted over the system. */
+  /** Number of the end, unique within the system. */
   number: number;
   /** Verb instance. */
   instance: number;
   report: Report;
 }
 
-/** End reports kept for a session. */
+/** End reports that are kept for a session. */
 export interface KeptReports {
   /** Reports, oldest first. */
   reports: KeptReport[];
@@ -1079,15 +1094,15 @@ export interface KeptReports {
 /** Kind of an interrupt source. */
 export type KindOfSource = "timer" | "trigger" | "software";
 
-/** Limits of one start. */
+/** Limits that apply to one start. */
 export interface Limits {
   /** Running time after which `time_limit` occurs, ns. */
   time_limit_ns?: number | null;
-  /** Overruns of its sources after which `overrun` occurs. */
+  /** Number of overruns of the instance's sources after which `overrun` occurs. */
   overruns?: number | null;
   /**
-   * Age of a value from another source, ns, above which `late` (for a ratio input) or `link_lost` (for a value that a timer publishes
-   * in each firing) occurs.
+   * Maximum age of a value from another source, ns; beyond it, `late` (for a ratio input) or `link_lost` (for a value that a timer
+   * publishes in each firing) occurs.
    */
   age_max_ns?: number | null;
 }
@@ -1095,19 +1110,22 @@ export interface Limits {
 export interface LogEntry {
   sequence: number;
   time_s: number;
-  /** `start`, `admission`, `exchange`, `end`, `condition`, `transition`, `ending`, `fault`, `overrun`, `late`, `device`, `processor_lost`, `emergency_stop`, `lost`, `journal`, `control`, `recorder`, `module`, `command`. */
+  /**
+   * Kind of the entry: `start`, `admission`, `exchange`, `end`, `condition`, `transition`, `ending`, `fault`, `overrun`, `late`,
+   * `device`, `processor_lost`, `emergency_stop`, `lost`, `journal`, `control`, `recorder`, `module`, `command`.
+   */
   kind: string;
-  /** Verb instance, device or source that the entry is about. */
+  /** Verb instance, device or source to which the entry refers. */
   about: string;
   text: string;
   /**
-   * Caller of a command: `program` for the program that this system is part of, or a session or caller of the control interface;
+   * Caller of a command: `program` for the program of which this system is a part, or a session or caller of the control interface;
    * otherwise empty.
    */
   who: string;
 }
 
-/** Mode of operation, which limits the actions that may be started. */
+/** Mode of operation, which determines the actions that may be started. */
 export type Mode = "automatic" | "manual";
 
 /** A code module: its blocks and struct types. */
@@ -1135,7 +1153,7 @@ export interface NamedFrame {
 /** Names of all existing items. */
 export interface Names {
   processors: string[];
-  /** Processors outside the supervisor's process, by the process in which they run. */
+  /** Processors outside the supervisor's process, by process. */
   processes: { [name: string]: string[] };
   /** Processor on which the supervisor runs. */
   supervisor: string | null;
@@ -1155,31 +1173,31 @@ export interface Names {
   instances: string[];
 }
 
-/** An object of a verb: one logical device, or (`each`) several of the same type. */
+/** An object of a verb: one logical device or, with `each`, several of the same type. */
 export interface Object {
   device_type: string;
   each: boolean;
 }
 
-/** An object of a verb: one logical device, or (`each`) several of the same type. */
+/** An object of a verb: one logical device or, with `each`, several of the same type. */
 export interface ObjectRequest {
   device_type: string;
   each?: boolean;
 }
 
-/** `POST /v1/sessions`. */
+/** Body of `POST /v1/sessions`. */
 export interface OpenSession {
   /** Name chosen by the caller: letters, digits, `.`, `_` and `-`, at most 64. */
   name: string;
-  /** Time without a sign of life after which the session counts as lost, ms, 1,000 to 60,000. */
+  /** Time without a sign of life after which the session is considered lost, ms, 1,000 to 60,000. */
   lost_after_ms?: number;
-  /** True to take over a live session of that name, as the same caller. */
+  /** True to take over a live session with that name, as the same caller. */
   take_up?: boolean;
-  /** Name of the person, shown to others; at most 64 characters. If omitted, an existing session keeps its person. */
+  /** Name of the person, which is shown to others; at most 64 characters. If omitted, an existing session keeps its person. */
   person?: string | null;
 }
 
-/** A further condition that occurred in the firing that ended the verb, or while it was moving. */
+/** Further condition that occurred in the firing that ended the verb, or while the ending condition was being handled. */
 export interface Other {
   condition: string;
   block: string;
@@ -1194,13 +1212,13 @@ export type PanelKind = "plot" | "scene" | "values" | "verb" | "alarms" | "butto
 
 /** A part of a composed verb. */
 export interface Part {
-  /** Name of the verb that the part was made from. */
+  /** Name of the verb from which the part was made. */
   verb: string;
   /** Command list of the composed verb with which the part begins. */
   initial: string;
 }
 
-/** A command list that the verb left by a condition. */
+/** A command list that the verb left because of a condition. */
 export interface PassedList {
   command_list: string;
   condition: string;
@@ -1209,12 +1227,12 @@ export interface PassedList {
   time_s: number;
 }
 
-/** Pauses in force: true for all actions, false for none, or a list of logical devices whose actions are paused. */
+/** Pauses in force: true for all actions, false for none, or the list of logical devices whose actions are paused. */
 export type PausesInForce = boolean | string[];
 
 /** A physical device as described by its driver. */
 export interface PhysicalDevice {
-  /** Interrupt source that reads and writes the device; absent in the answer of the call that opens it. */
+  /** Interrupt source that reads and writes the device; absent from the answer to the call that opens it. */
   source?: string | null;
   channels: Channel[];
   /** Joints of the machine, for which logical devices can be created. */
@@ -1222,15 +1240,15 @@ export interface PhysicalDevice {
   /** Time without a command after which the device enters its safe state, ns. */
   watchdog_ns?: number | null;
   /**
-   * True if the device continues under its last commands when its driver's process exits or hangs: it has no watchdog, and no guard
-   * can reach it.
+   * True if the device continues to follow its last commands when its driver's process exits or hangs, because it has no watchdog and
+   * no guard can reach it.
    */
   unguarded?: boolean;
-  /** Explanation of `unguarded`, with the remedy; absent if something makes the device safe. */
+  /** Explanation of `unguarded` and the remedy; absent if the device can be made safe. */
   unguarded_why?: string | null;
-  /** Place of the driver's exchange: "inline", "worker" or "process". */
+  /** Execution context of the driver's exchange: "inline", "worker" or "process". */
   class?: string | null;
-  /** Agents that bring the outputs to their safe state, and the time that this takes. */
+  /** Agents that bring the outputs to their safe state, and the time that they take to do so. */
   safe_state?: DriverSafeState | null;
   /** Acyclic services of the driver. */
   services?: DriverService[];
@@ -1243,21 +1261,21 @@ export interface PhysicalDevice {
 export interface PhysicalDeviceStatistics {
   /** Cause of the loss; null if the device is not lost. */
   lost: string | null;
-  /** Number of commands held back by their slew limit. */
+  /** Number of commands limited by their slew rate limit. */
   slew_limited: number;
   /** Counters of the driver, by name. */
   counters: { [name: string]: number };
 }
 
-/** A verb with its arguments, ready to be installed. */
+/** A verb with its arguments, ready for installation. */
 export interface Plan {
   verb: string;
   blocks: PlannedBlock[];
   cells: PlannedCell[];
   activations: PlannedActivation[];
   /**
-   * Blocks of each source in firing order: by synchronous edges, then by asynchronous ones unless they form a cycle, then by
-   * declaration order. (`rtp.name`, blocks).
+   * Blocks of each source in firing order, as (`rtp.name`, blocks). The order is determined by synchronous edges, then by asynchronous
+   * ones unless they form a cycle, then by declaration order.
    */
   order: [string, number[]][];
   lists: PlannedList[];
@@ -1265,14 +1283,14 @@ export interface Plan {
   initial: number;
   ending: PlannedEnding;
   suspend: PlannedSuspend;
-  /** Reaction when the programming system that started it is cut off, if its verb declares one. */
+  /** Reaction of the instance when the programming system that started it is cut off, if its verb declares one. */
   if_cut_off: IfCutOff | null;
   conditions: PlannedCondition[];
   inputs: PlannedInput[];
   requirements: PlannedRequirement[];
   outputs: PlannedOutput[];
   claims: PlannedClaim[];
-  /** Arbitration with another holder, for each claim, as declared by the logical device that the claimed object belongs to. */
+  /** Arbitration with another holder, for each claim, as declared by the logical device to which the claimed object belongs. */
   arbitration: Arbitration[];
   /** Logical devices that must be enabled. */
   devices: string[];
@@ -1282,17 +1300,17 @@ export interface Plan {
 }
 
 /**
- * Blocks of one source that are always active together at one rate. The sets are maximal, so that a chain that is activated as one also
- * runs as one.
+ * Blocks on one source that are always active together at the same rate. The sets are maximal, so that a chain that is activated as one
+ * also runs as one.
  */
 export interface PlannedActivation {
   source: string;
   due: PlannedDue;
   blocks: number[];
   budget_ns: number | null;
-  /** True if the interval may be changed while the activation is on. */
+  /** True if the interval may be changed while it is active. */
   tunable: boolean;
-  /** Rates in the command lists in which the activation is on (list index, rate), for the relations of later instances. */
+  /** Rates in the command lists in which it is active (list index, rate), for the relations of later instances. */
   rates: [number, Rate][];
 }
 
@@ -1307,22 +1325,22 @@ export type PlannedBinding = {
 export interface PlannedBlock {
   /** Flat label: `servo.pid`. */
   label: string;
-  /** `module.block`. */
+  /** Function block, as `module.block`. */
   block: string;
-  /** `rtp.name`. */
+  /** Source of the block, as `rtp.name`. */
   source: string;
-  /** n of a sized block. */
+  /** Size n of a sized block. */
   size: number | null;
   /** Values of parameters, presets and sizes that differ from the block's defaults: item → bytes. */
   values: [number, number[]][];
   bindings: PlannedPort[];
-  /** Blocks of this plan in the same source that drive its synchronous inputs. */
+  /** Blocks of this plan on the same source that drive the block's synchronous inputs. */
   drivers: number[];
-  /** SVVs from writers outside this plan that drive its synchronous or ratio inputs: (item, SVV name). */
+  /** SVVs, written outside this plan, that drive the block's synchronous or ratio inputs: (item, SVV name). */
   external_drivers: [number, string][];
-  /** Blocks of this plan in other sources that drive its synchronous inputs. */
+  /** Blocks of this plan on other sources that drive the block's synchronous inputs. */
   remote_drivers: number[];
-  /** Activation that the block belongs to. Every block has one; the activation of a block that is only executed is never on. */
+  /** Activation to which the block belongs. Every block has one; the activation of a block that is only executed is never active. */
   activation: number;
   place: SourceLocation | null;
 }
@@ -1337,7 +1355,7 @@ export type PlannedBound = {
   };
 };
 
-/** One data object of the instance. */
+/** Data object of the instance. */
 export interface PlannedCell {
   kind: PlannedCellKind;
   /** Normalised type. */
@@ -1345,9 +1363,9 @@ export interface PlannedCell {
   size: number;
   align: number;
   unit: string;
-  /** Value at each start (private, constant), in bytes. */
+  /** Initial value at each start (private, constant), in bytes. */
   initial: number[];
-  /** Blocks and items of this plan that write and read the cell. */
+  /** Blocks of this plan, with their items, that write and read the cell. */
   writers: [number, number][];
   readers: [number, number][];
 }
@@ -1374,7 +1392,7 @@ export type PlannedCellKind = {
   };
 };
 
-/** An object that a start claims. */
+/** Object that a start claims. */
 export type PlannedClaim = {
   Svv: {
     id: SvvId;
@@ -1387,7 +1405,7 @@ export type PlannedClaim = {
   };
 };
 
-/** A command, resolved. */
+/** Command of a list, resolved. */
 export type PlannedCommand = "Ready" | {
   Install: number[];
 } | {
@@ -1401,23 +1419,23 @@ export type PlannedCommand = "Ready" | {
   Off: number;
 };
 
-/** A termination condition, resolved. The eight system conditions follow those of the verb unless the verb names them. */
+/** A termination condition, resolved. The eight system conditions follow those of the verb unless the verb lists them itself. */
 export interface PlannedCondition {
   name: string;
-  /** Block conditions that it consists of, as (block, item); empty for a system condition. */
+  /** Block conditions that make up this condition, as (block, item); empty for a system condition. */
   on: [number, number][];
   /** ν: indices into `outputs`. */
   returns: number[];
-  /** True if the end is normal: no exception (`completed`; `returns` and no `raises`). */
+  /** True if the end is normal, that is, raises no exception (`completed`; `returns` and no `raises`). */
   normal: boolean;
   priority: number;
-  /** Lists in which it holds; empty: all. Conditions of the same name have no list in common. */
+  /** Lists in which the condition holds; if empty, all. Conditions with the same name have no list in common. */
   during: number[];
-  /** Code of the alarm that it raises. */
+  /** Code of the alarm that the condition raises. */
   alarm: string | null;
 }
 
-/** Reason for which an activation that is on becomes due. */
+/** Reason for which an active activation becomes due. */
 export type PlannedDue = "Interval" | {
   Driven: {
     by: [number, number][];
@@ -1428,15 +1446,15 @@ export type PlannedDue = "Interval" | {
   };
 };
 
-/** Ending of the verb, resolved. */
+/** Ending behaviour of the verb, resolved. */
 export interface PlannedEnding {
   /** Index of the ending list. */
   list: number | null;
-  /** Limit of its running time. */
+  /** Limit of the ending list's running time, ns. */
   limit_ns: number;
 }
 
-/** Port that is set to true, and the condition (block, item) that is awaited if its block is active. */
+/** Port that is set to true, and the condition (block, item) to wait for if its block is active. */
 export interface PlannedHolding {
   set: PlannedTarget;
   until: [number, number];
@@ -1446,13 +1464,13 @@ export interface PlannedHolding {
 export interface PlannedInput {
   name: string;
   origin: PlannedOrigin;
-  /** Normalised type, with all struct declarations expanded. */
+  /** Normalised type with all struct declarations expanded. */
   type_text: string;
   unit: string;
   default: Value | null;
   tunable: boolean;
   range: PlannedRange | null;
-  /** Ranges of the items that the value is stored in. */
+  /** Ranges of the items in which the value is stored. */
   item_ranges: Range[];
   targets: PlannedTarget[];
 }
@@ -1489,7 +1507,7 @@ export interface PlannedOutput {
   target: PlannedTarget;
 }
 
-/** Relation of an input to its writer, after relaxing. */
+/** Relation of an input to its writer after modes have been relaxed. */
 export interface PlannedPort {
   item: number;
   binding: PlannedBinding;
@@ -1499,15 +1517,15 @@ export interface PlannedPort {
   history: number;
 }
 
-/** The range of an input parameter, resolved. */
+/** Range of an input parameter, resolved. */
 export interface PlannedRange {
   least: PlannedBound;
   most: PlannedBound;
-  /** SVVs that the value is relative to, one per device. */
+  /** SVVs to which the value is relative, one per device. */
   counted_from: string[];
 }
 
-/** A property that one device must have at a start. */
+/** Property that one device must have when the verb starts. */
 export interface PlannedRequirement {
   device: string;
   member: PlannedMember;
@@ -1520,9 +1538,12 @@ export interface PlannedRequirement {
 /** Section of a command list up to a wait. */
 export interface PlannedStage {
   commands: PlannedCommand[];
-  /** `None` at the end of the list: the process continues until a condition occurs or nothing is active. */
+  /**
+   * Wait that ends the stage. `None` at the end of the list, where the process continues until a condition occurs or no instance is
+   * active.
+   */
   wait: PlannedWait | null;
-  /** Activations that are on after the commands of this stage: (activation, every). */
+  /** Activations that are active after the commands of this stage: (activation, every). */
   active: [number, number][];
 }
 
@@ -1531,7 +1552,7 @@ export type PlannedSuspend = "Idle" | "Hold" | "HoldLast" | "Safe" | {
   Holding: PlannedHolding[];
 };
 
-/** Storage that a value is written to or read from. */
+/** Storage to which a value is written or from which it is read. */
 export type PlannedTarget = {
   Cell: number;
 } | {
@@ -1563,7 +1584,7 @@ export type PortMode = "synchronous" | "asynchronous" | {
   ratio: number;
 };
 
-/** A port as identified by a drawing editor: of a block, or, if `block` is empty, of the graph itself. */
+/** A port of a block or, if `block` is empty, of the graph itself, as identified by a drawing editor. */
 export interface PortName {
   block: string;
   port: string;
@@ -1572,46 +1593,46 @@ export interface PortName {
 /** Value of an unbound port, or number of elements of a block; null if there is none. */
 export type PortValue = Value | number | null;
 
-/** Reason why two ports cannot be wired; for one port and all others, a list. */
+/** Reason why two ports cannot be wired; if only one port is passed, a list with the reason for each other port. */
 export type PortVerdicts = string | null | Verdict[];
 
-/** Result for one processor in a process of its own, or for several that share one. */
+/** Result for a processor in its own process, or for several processors that share a process. */
 export interface ProcessTakenOver {
-  /** Name of the processor, or of the process if it may be shared. */
+  /** Name of the processor, or of the process if it can be shared. */
   name: string;
   /** Processors in the process. */
   processors: string[];
-  /** True if its running blocks have been taken over; false if the process was started for this system. */
+  /** True if the running blocks of the process were taken over; false if the process was started for this system. */
   is_adopted: boolean;
-  /** Labels of blocks that continue from their state. */
+  /** Labels of blocks that continue from their previous state. */
   carried: string[];
-  /** Blocks that restart, with the reason. */
+  /** Blocks that restart, each with the reason. */
   anew: BlockAnew[];
-  /** Labels of blocks that were running but that this system has not started: they have ended. */
+  /** Labels of blocks that were running but have not been started by this system; they have ended. */
   ended: string[];
-  /** Longest time for which a device was not written, ns; null if there is no device. */
+  /** Longest time for which a device was not written, ns; null if there are no devices. */
   gap_ns: number | null;
 }
 
 /** A real-time processor. */
 export interface ProcessorAbout {
-  /** CPU core that the processor is bound to. */
+  /** CPU core to which the processor is bound. */
   core: number | null;
   /** True if the supervisor runs on the processor. */
   supervisor: boolean;
-  /** Process that the processor runs in; null: the supervisor's. */
+  /** Process in which the processor runs; null for that of the supervisor. */
   process: string | null;
-  /** Host that the processor runs on; null: the supervisor's. */
+  /** Host on which the processor runs; null for that of the supervisor. */
   host: string | null;
 }
 
-/** `raises` mark of a condition: a bool, or the name of the exception class, which only the programming system resolves. */
+/** `raises` mark of a condition: a Boolean, or the name of the exception class, which only the programming system resolves. */
 export type RaiseMark = boolean | string;
 
-/** Values that an item may have. As text `[0, 1]`, `(0, inf)`, `[pose]`; a round bracket excludes its bound. */
+/** Permitted values of an item. As text: `[0, 1]`, `(0, inf)`, `[pose]`; a parenthesis excludes the bound. */
 export type Range = string;
 
-/** Rate at which a writer updates, in one command list. */
+/** Rate at which a writer updates in one command list. */
 export type Rate = {
   interval: {
     period_ns: number;
@@ -1625,9 +1646,9 @@ export type Rate = {
 
 /** A value with its number and time. */
 export interface Reading {
-  /** The value, unless bytes are requested. */
+  /** Value, unless bytes are requested. */
   value?: Value | null;
-  /** Memory of its C type in base64, little endian, if requested. */
+  /** Memory of the value's C type in base64, little-endian, if requested. */
   bytes?: string | null;
   number: number;
   time_ns: number;
@@ -1635,28 +1656,31 @@ export interface Reading {
 
 /** State of a recording at a time. */
 export interface RecordedAt {
-  /** Last stored values; null if there was none yet. */
+  /** Most recently stored values; null if there was none yet. */
   values: { [name: string]: Reading | null };
-  /** Last messages of other channels, with their times; null if there was none yet. Messages that the caller already has are omitted. */
+  /**
+   * Most recent messages of other channels, with their times; null if there was none yet. Messages that the caller already has are
+   * omitted.
+   */
   messages: { [name: string]: RecordedMessage | null };
 }
 
 /** An SVV or private cell in a recording. */
 export interface RecordedChannel {
-  /** Name; that of a cell is `INSTANCE:CELL`. */
+  /** Name; the name of a cell is `INSTANCE:CELL`. */
   name: string;
   /** Kind: `svv` or `cell`. */
   kind: string;
   type_text: string;
   unit: string;
-  /** Number of numbers in one value. */
+  /** Number of components of one value. */
   components: number;
 }
 
 /** An end of a verb instance. */
 export interface RecordedEnd {
   instance: string;
-  /** The condition that ended it. */
+  /** Condition that ended the instance. */
   condition: string;
   time_s: number;
 }
@@ -1678,31 +1702,38 @@ export interface RecordedMessages {
 /** Channels over a span. */
 export interface RecordedSpan {
   channels: RecordedTrace[];
-  /** If the answer is incomplete, `since` for the call that continues it: its samples follow these, and its sums are to be added. */
+  /**
+   * Value of `since` for the call that continues this answer, if it is incomplete. The samples of the continuation follow these, and
+   * its sums must be added to these.
+   */
   next: number | null;
 }
 
-/** Digest of one number of a channel over a span; every finite value counts once. */
+/** Digest of one component of a channel over a span; every finite value counts once. */
 export interface RecordedSums {
   count: number;
-  /** Minimum; 0 if there is no value. */
+  /** Minimum; 0 if there are no values. */
   min: number;
   max: number;
   sum: number;
   /** Sum of squares. */
   squares: number;
-  /** Sum of the squared differences from the mean: unlike the sum of squares less that of the mean, it is not lost among large values. */
+  /**
+   * Sum of squared differences from the mean, updated directly: deriving it from the sum of squares would lose precision for large
+   * values.
+   */
   spread: number;
 }
 
 /** One channel over a span. */
 export interface RecordedTrace {
   /**
-   * Last value stored before the span, then for each column the first and last values and the minimum and maximum of each number, all
-   * as complete values with their own times. In base64, little endian: (i64 time in ns, u64 number) of all, then the numbers as f64.
+   * Samples: the last value stored before the span, then for each column the first value, the last value, and the values with the
+   * minimum and maximum of each component, all as complete values with their own times. Base64, little-endian: (i64 time in ns, u64
+   * number) of all samples, then the components as f64.
    */
   samples: string;
-  /** Sums of each number, over all values of the span. */
+  /** Sums for each component, over all values of the span. */
   sums: RecordedSums[];
 }
 
@@ -1712,64 +1743,64 @@ export interface RecordingBegun {
   recording: number;
 }
 
-/** Contents of a recording. */
+/** Description of the contents of a recording. */
 export interface RecordingContents {
-  /** Name of the system. */
+  /** Name of the recorded system. */
   system: string;
   /** Version of OpenGPAC that wrote the recording. */
   version: string;
-  /** `virtual` or `monotonic`. */
+  /** Clock of the system: `virtual` or `monotonic`. */
   clock: string;
-  /** Time at which the system's clock was 0, s since 1970. */
+  /** Time at which the system's clock was 0, s since the Unix epoch. */
   epoch_unix_s: number;
-  /** First and last time in the recording, ns on the system's clock. */
+  /** Earliest and latest time in the recording, ns on the system's clock. */
   begins_ns: number;
   ends_ns: number;
-  /** False if the file has no end: it is still being recorded, or its recorder was killed, or the disk was full. */
+  /** False if the file has no end record because it is still being recorded, its recorder was killed, or the disk was full. */
   complete: boolean;
-  /** True if the recording can be replayed: `opengpac replay`. */
+  /** True if `opengpac replay` can replay the recording. */
   replay: boolean;
   channels: RecordedChannel[];
-  /** Topics of other channels: `/log`, `/ends`, … */
+  /** Topics of the other channels, such as `/log` and `/ends`. */
   topics: string[];
-  /** Installed verbs in the order of their names; of a long recording those at its beginning. */
+  /** Installed verbs in alphabetical order; for a long recording, the verbs at its beginning. */
   verbs: string[];
-  /** Ends of verb instances; of a long recording the first ones. */
+  /** Ends of verb instances; for a long recording, only the first ones. */
   ends: RecordedEnd[];
   /** Number of lost messages by channel; channels without losses are omitted. */
   lost: { [name: string]: number };
-  /** Unreadable parts of the file, as far as they are known: the content of a chunk is checked when it is first read. */
+  /** Unreadable parts of the file found so far: the content of a chunk is checked when it is first read. */
   damage: DamagedPart[];
-  /** Description of the system in the file: `configuration` is the answer of the call of that name as JSON. */
+  /** Description of the system in the file: `configuration` is the answer of the `configuration` call as JSON. */
   metadata: { [name: string]: string };
 }
 
 /** A file in a folder of recordings. */
 export interface RecordingFile {
-  /** Plain name of the file. */
+  /** Name of the file without its folder. */
   name: string;
   /** Size of the file, bytes. */
   bytes: number;
-  /** Time of the last write, s since 1970. */
+  /** Time of the last write, s since the Unix epoch. */
   written_unix_s: number;
 }
 
-/** State of a recording, also after its end. */
+/** State of a recording; remains available after its end. */
 export interface RecordingSummary {
-  /** Path of the file; if the recording is split, of the first one. */
+  /** Path of the file, or of the first file if the recording is split. */
   path: string;
   /** Existing files, oldest first; the last one is being written. */
   files: string[];
   running: boolean;
-  /** Number of written messages by channel; while the recording runs, only those in complete chunks. */
+  /** Number of written messages by channel; while the recording is in progress, only those in complete chunks. */
   counts: { [name: string]: number };
   /** Number of messages by channel that could not be written; channels without losses are omitted. */
   lost: { [name: string]: number };
   /** Total size of the existing files, bytes. */
   bytes: number;
-  /** Free space of their disk at the last write, bytes, if it is known. */
+  /** Free space on the disk at the last write, bytes, if known. */
   free_bytes: number | null;
-  /** Failure that ended the recording, if one did. */
+  /** Failure that ended the recording, if any. */
   failure: string | null;
 }
 
@@ -1781,13 +1812,13 @@ export interface Refusal {
   ends?: RefusalEnd[];
   /** Next step, if known; printed after the message, following a semicolon. */
   remedy?: string;
-  /** Location to check first: the faulty definition. */
+  /** Location to check first: that of the faulty definition. */
   place?: SourceLocation | null;
-  /** Parts of the definition concerned, the main one first. */
+  /** Parts of the definition that are concerned, the main one first. */
   where?: Where[];
 }
 
-/** End of the binding that a refusal is about. */
+/** One end of the binding to which a refusal refers. */
 export interface RefusalEnd {
   /** Name in the message, for example `output 'servo.effort' (double, N.m)`. */
   what: string;
@@ -1800,13 +1831,13 @@ export interface Region {
   share?: number | null;
   /** Regions side by side. */
   row?: Region[];
-  /** Regions one above the other. */
+  /** Regions arranged one above the other. */
   column?: Region[];
-  /** Panels in the same position, only one of which is visible. */
+  /** Panels in the same place, of which only one is visible. */
   tabs?: Region[];
   /** Content of the panel. */
   panel?: PanelKind | null;
-  /** Heading of the panel; derived from its content if empty. */
+  /** Heading of the panel; if empty, it is derived from the panel's content. */
   title?: string;
   /** SVVs and private cells of a plot, each at its full rate. */
   names?: string[];
@@ -1828,13 +1859,13 @@ export interface RegionRequest {
   share?: number | null;
   /** Regions side by side. */
   row?: RegionRequest[];
-  /** Regions one above the other. */
+  /** Regions arranged one above the other. */
   column?: RegionRequest[];
-  /** Panels in the same position, only one of which is visible. */
+  /** Panels in the same place, of which only one is visible. */
   tabs?: RegionRequest[];
   /** Content of the panel. */
   panel?: PanelKind | null;
-  /** Heading of the panel; derived from its content if empty. */
+  /** Heading of the panel; if empty, it is derived from the panel's content. */
   title?: string;
   /** SVVs and private cells of a plot, each at its full rate. */
   names?: string[];
@@ -1850,43 +1881,43 @@ export interface RegionRequest {
   buttons?: ButtonRequest[];
 }
 
-/** A remark about an implicit addition or another noteworthy fact: an implied cell, an edge that is a delay. */
+/** A remark about an implicit addition or another noteworthy fact, for example an implied cell or an edge that causes a delay. */
 export interface Remark {
   text: string;
   place: SourceLocation | null;
 }
 
-/** A started replay. */
+/** A replay that was started. */
 export interface ReplayBegun {
   /** Number of the replay. */
   replay: number;
 }
 
-/** A difference, for people. */
+/** Difference as human-readable text. */
 export interface ReplayDifference {
-  /** Source in which it occurred. */
+  /** Source in which the difference occurred. */
   source: string;
   /** Number of the firing. */
   number: number;
-  /** Release of the firing, ns. */
+  /** Release time of the firing, ns. */
   time_ns: number;
-  /** True if it occurred between two firings. */
+  /** True if the difference occurred between two firings. */
   between: boolean;
   /** Label of the block, with its instance; empty if unknown. */
   block: string;
   /** Port; empty if unknown. */
   port: string;
-  /** SVV in which the value is stored; empty for a private cell, and if unknown. */
+  /** SVV in which the value is stored; empty if it is a private cell or unknown. */
   svv: string;
   /** Type of the port. */
   type_text: string;
-  /** Elements of the recorded value; hexadecimal digits if it has no numbers. */
+  /** Elements of the recorded value; hexadecimal digits if it contains no numbers. */
   recorded: string[];
-  /** Elements of the present value, in the same form. */
+  /** Elements of the replayed value, in the same format. */
   replayed: string[];
-  /** Difference in the path of the source, if there is one. */
+  /** Deviation of the execution of the source from the record; empty if there is none. */
   how: string;
-  /** SVVs that blocks of the source store, with their present values, if the block is unknown. */
+  /** SVVs that blocks of the source store, with their current values; used if the block is unknown. */
   stored: ReplayShown[];
 }
 
@@ -1895,21 +1926,21 @@ export interface ReplayFound {
   stopped: ReplayStopped;
   /** Number of firings that were replayed. */
   firings: number;
-  /** Fingerprint of the run so far: all records of the same run have the same one. */
+  /** Fingerprint of the run so far; identical for all records of one run. */
   fingerprint: string;
   /** True if every value so far equals that of the record, bit for bit. */
   same: boolean;
-  /** Source of the last moment. */
+  /** Source of the last firing. */
   source: string;
   /** Number of the source's firing. */
   number: number;
-  /** Release of the firing, ns. */
+  /** Release time of the firing, ns. */
   time_ns: number;
   /** The first difference. */
   difference: ReplayDifference | null;
-  /** Reason why the record cannot be continued, and other notes. */
+  /** Reason why the record cannot be replayed further, and other notes. */
   message: string;
-  /** SVVs that were requested. */
+  /** Requested SVVs. */
   svvs: ReplayShown[];
 }
 
@@ -1925,7 +1956,7 @@ export interface ReplayShown {
   value: string[];
 }
 
-/** Reason why a run stopped. */
+/** Reason why a run was stopped. */
 export type ReplayStopped = "end" | "condition" | "time" | "difference" | "unplayable";
 
 /** State of a replay. */
@@ -1934,11 +1965,11 @@ export interface Replaying {
   running: boolean;
   /** Number of firings that were replayed. */
   firings: number;
-  /** Release of the last replayed firing, ns on the recording's clock; null before the first. */
+  /** Release time of the last replayed firing, ns on the recording's clock; null before the first. */
   time_ns: number | null;
-  /** Findings, after the end of the replay. */
+  /** Findings, once the replay has ended. */
   found: ReplayFound | null;
-  /** Reason why the replay could not be run, or not to its end. */
+  /** Reason why the replay could not be run, or could not be completed. */
   failure: string | null;
 }
 
@@ -1946,62 +1977,62 @@ export interface Replaying {
 export interface Report {
   instance: string;
   verb: string;
-  /** Number of this start of the instance, from 1. */
+  /** Number of this start of the instance, counted from 1. */
   start: number;
   /** Termination condition. */
   condition: string;
   /** True for a normal end, which raises no exception in the programming system. */
   normal: boolean;
-  /** List that was running. */
+  /** Command list that was running. */
   command_list: string;
   /** Block that reported the condition, if any. */
   block: string | null;
-  /** Time of the end and of the start, s on the system's clock. */
+  /** Time of the end, and time of the start, s on the system's clock. */
   time_s: number;
   started_s: number;
   /** Value that the condition reported, if it has one. */
   value: Value | null;
-  /** Cause in words. */
+  /** Description of the cause. */
   message: string;
   /**
-   * Output values of all conditions on the way and of the last one; for each name, the latest. Null for a value that was not reported
-   * in this start.
+   * Output values of all conditions that led to the end and of the last one: for each name the latest value, or null if it was not
+   * reported in this start.
    */
   outputs: { [name: string]: Value | null };
   others: Other[];
-  /** Transitions taken, in order; at most the last 64. */
+  /** Transitions taken, in order; at most the last 64 are kept. */
   way: PassedList[];
 }
 
-/** A property that each device of an object must have when a verb starts. */
+/** Property that each device of an object must have when a verb starts. */
 export interface Requirement {
-  /** Parameter or SVV, such as `arm.needs_home`: the requirement applies only to devices for which it is true. */
+  /** Parameter or SVV, such as `arm.needs_home`; the requirement applies only to devices for which it is true. */
   when: string | null;
-  /** Class of the refusal that is raised. */
+  /** Class of the refusal if the requirement is not met. */
   raises: Class;
   remedy: string;
   place: SourceLocation | null;
 }
 
-/** A property that each device of an object must have when a verb starts. */
+/** Property that each device of an object must have when a verb starts. */
 export interface RequirementRequest {
-  /** Parameter or SVV, such as `arm.needs_home`: the requirement applies only to devices for which it is true. */
+  /** Parameter or SVV, such as `arm.needs_home`; the requirement applies only to devices for which it is true. */
   when?: string | null;
-  /** Class of the refusal that is raised. */
+  /** Class of the refusal if the requirement is not met. */
   raises: Class;
   remedy?: string;
   place?: SourceLocation | null;
 }
 
-/** An opened session, with the still existing instances that it has started. */
+/** An opened session, with the instances started by it that still exist. */
 export interface Returned {
   /** ID of the session, for the header `OpenGPAC-Session`. */
   session: string;
   name: string;
   role: Role;
-  /** Required period of its signs of life, ms. */
+  /** Maximum interval between the session's signs of life, ms. */
   heartbeat_ms: number;
-  /** Time without a sign of life after which the session counts as lost, ms. */
+  /** Time without a sign of life after which the session is considered lost, ms. */
   lost_after_ms: number;
   /** True if the session existed before and was lost. */
   returned: boolean;
@@ -2012,7 +2043,7 @@ export interface Returned {
   instances: SessionInstance[];
 }
 
-/** A role of a caller. */
+/** Role of a caller. */
 export type Role = "observe" | "operate" | "configure" | "download";
 
 /** A channel of a scope. */
@@ -2020,7 +2051,7 @@ export interface ScopeChannel {
   name: string;
   type_text: string;
   unit: string;
-  /** Number of numbers in one value: elements of an array, members of a struct. */
+  /** Number of components of one value: elements of an array, members of a struct. */
   components: number;
 }
 
@@ -2030,7 +2061,7 @@ export interface ScopeHead {
   channels: ScopeChannel[];
 }
 
-/** A line of the list of sessions. */
+/** An entry in the list of sessions. */
 export interface SessionInfo {
   name: string;
   /** Caller of the session: a user, a token or a certificate. */
@@ -2043,7 +2074,7 @@ export interface SessionInfo {
   /** True if the session has command. */
   commands: boolean;
   alive: boolean;
-  /** True if a connection holds the session: if the connection breaks, the session is lost at once. */
+  /** True if a connection holds the session, in which case the session is lost as soon as the connection breaks. */
   held: boolean;
   kept_reports: number;
 }
@@ -2057,49 +2088,55 @@ export interface SessionInstance {
 
 /** A completed request for command. */
 export interface SettledRequest {
-  /** Number of the request, counted over the system. */
+  /** Number of the request, unique within the system. */
   number: number;
   /** Session that made the request. */
   name: string;
   outcome: Outcome;
   /** Session that granted, declined or withdrew the request; null if none did, for example after a timeout. */
   by: string | null;
-  /** Reason, for people. */
+  /** Human-readable reason. */
   reason: string;
 }
 
 /** Urgency of an alarm. */
 export type Severity = "low" | "medium" | "high" | "critical";
 
-/** A shelving of an alarm: a period for which it is removed from the list. */
+/** Shelving of an alarm: a period for which it is removed from the list. */
 export interface Shelving {
   /** Person or session that shelved the alarm. */
   who: string;
   reason: string;
-  /** Time of the shelving, on the system's clock and on the wall clock (ns since 1970; under the virtual clock the system's own). */
+  /**
+   * Time of the shelving, on the system's clock and on the wall clock (ns since the Unix epoch; if the system's clock is virtual, its
+   * time is used for both).
+   */
   time_ns: number;
   wall_ns: number;
   /** Time at which the shelving expires. */
   until_ns: number;
-  /** Time at which the shelving ended; null while it lasts. */
+  /** Time at which the shelving ended; null as long as it lasts. */
   ended_ns: number | null;
-  /** Person or session that ended the shelving; empty if it expired, or if the alarm became one that cannot be shelved. */
+  /** Person or session that ended the shelving; empty if it expired, or if it ended because the alarm can no longer be shelved. */
   ended_by: string;
 }
 
-/** A shelving of an alarm: a period for which it is removed from the list. */
+/** Shelving of an alarm: a period for which it is removed from the list. */
 export interface ShelvingRequest {
   /** Person or session that shelved the alarm. */
   who: string;
   reason: string;
-  /** Time of the shelving, on the system's clock and on the wall clock (ns since 1970; under the virtual clock the system's own). */
+  /**
+   * Time of the shelving, on the system's clock and on the wall clock (ns since the Unix epoch; if the system's clock is virtual, its
+   * time is used for both).
+   */
   time_ns: number;
   wall_ns: number;
   /** Time at which the shelving expires. */
   until_ns: number;
-  /** Time at which the shelving ended; null while it lasts. */
+  /** Time at which the shelving ended; null as long as it lasts. */
   ended_ns?: number | null;
-  /** Person or session that ended the shelving; empty if it expired, or if the alarm became one that cannot be shelved. */
+  /** Person or session that ended the shelving; empty if it expired, or if it ended because the alarm can no longer be shelved. */
   ended_by: string;
 }
 
@@ -2142,23 +2179,23 @@ export type ShortCommandRequest = {
 /** A value of a table: an SVV, a private cell or a channel. */
 export interface ShownValue {
   name: string;
-  /** Label for people; the name if empty. */
+  /** Human-readable label; the name if empty. */
   label?: string;
-  /** Lower limit, in the unit of the value; a value below it is highlighted. */
+  /** Lower limit, in the unit of the value; values below it are highlighted. */
   minimum?: number | null;
-  /** Upper limit; a value above it is highlighted. */
+  /** Upper limit; values above it are highlighted. */
   maximum?: number | null;
 }
 
-/** A block that runs on its own. */
+/** A block that runs separately. */
 export interface SingleBlock {
-  /** `instance.label`. */
+  /** Label of the block, as `instance.label`. */
   block: string;
   /** Reason why the block cannot be fused. */
   why: string;
 }
 
-/** Values at one time. */
+/** Values at a single point in time. */
 export interface Snapshot {
   time_ns: number;
   values: { [name: string]: Reading };
@@ -2184,27 +2221,27 @@ export interface SourceLocation {
 }
 
 /**
- * Statistics of an interrupt source. Bin i of a histogram counts times from 2^i to 2^(i+1) ns; the first bin includes shorter times, the
- * last one longer times.
+ * Statistics of an interrupt source. Bin i of a histogram counts times from 2^i to 2^(i+1) ns; the first bin also counts shorter times,
+ * and the last one longer times.
  */
 export interface SourceStatistics {
-  /** Number of steps in its firing table. */
+  /** Number of steps in the source's firing table. */
   steps: number;
   /** Number of firings, excluding those of `execute`. */
   firings: number;
-  /** Number of releases that were skipped because the previous firing had not finished. */
+  /** Number of releases skipped because the previous firing had not finished. */
   overruns: number;
   /** Number of ratio values that were absent when their reader needed them. */
   late: number;
   /** Number of invocations that faulted. */
   faults: number;
-  /** Number of conditions and other events that were lost for lack of space. */
+  /** Number of conditions and other events that were lost because a queue was full. */
   lost: number;
   /** True if the source was stopped by a fault. */
   stopped: boolean;
-  /** Rights that its thread requested from the operating system but did not get. */
+  /** Privileges that the source's thread requested from the operating system but was not granted. */
   rights_missing: string[];
-  /** Delay of the last firing's start after its release, ns. */
+  /** Delay between the release of the last firing and its start, ns. */
   jitter_last_ns: number;
   /** Maximum jitter, ns. */
   jitter_max_ns: number;
@@ -2218,22 +2255,22 @@ export interface SourceStatistics {
   duration_last_ns: number;
   /** Maximum duration, ns. */
   duration_max_ns: number;
-  /** Histogram of the duration. */
+  /** Histogram of the durations. */
   duration_bins: number[];
   /** Upper bound of the bin that contains the median duration, ns; 0 before the first firing. */
   duration_median_ns: number;
   processor?: string;
-  /** CPU core that its processor is bound to. */
+  /** CPU core to which the source's processor is bound. */
   core?: number | null;
   kind?: KindOfSource;
   /** Period of a timer, ns. */
   period_ns?: number | null;
   priority?: number;
-  /** Rights that its thread requested from the operating system; empty under the virtual clock. */
+  /** Privileges that the source's thread requested from the operating system; empty under the virtual clock. */
   rights_asked?: string[];
-  /** True while a probe measures its blocks. */
+  /** True if a probe is measuring the source's blocks. */
   probed: boolean;
-  /** Times of the blocks that a probe has measured since their installation. */
+  /** Times of the blocks measured by a probe since their installation. */
   blocks: BlockTimes[];
 }
 
@@ -2248,7 +2285,7 @@ export interface Statistics {
   /** States of the logical devices. */
   devices: { [name: string]: DeviceState };
   physical_devices: { [name: string]: PhysicalDeviceStatistics };
-  /** Processors outside the supervisor's process, by the process in which they run. */
+  /** Processors outside the supervisor's process, by process. */
   processes: { [name: string]: string[] };
   /** Cause of the latched emergency stop; null if it is not latched. */
   emergency: string | null;
@@ -2256,35 +2293,35 @@ export interface Statistics {
   mode: Mode;
   /** Forced signals, by their logical devices. */
   forced: { [name: string]: ForcedSignal };
-  /** Rights that the supervisor's thread requested from the operating system but did not get. */
+  /** Privileges that the supervisor's thread requested from the operating system but was not granted. */
   supervisor_rights_missing: string[];
 }
 
 /** A line of the augmented τ. */
 export interface Step {
   /**
-   * Part, which denotes each of its lists that the condition ends, or a single list: `approach`, `approach.back_off`; or several of
+   * Part, which stands for each of its lists that the condition ends, or a single list: `approach`, `approach.back_off`; or several of
    * these.
    */
   from: NameList;
-  /** Condition, by its name in the composed verb or in the part; absent: every normal end except a halt. */
+  /** Condition, by its name in the composed verb or in the part; if absent, every normal end except a halt. */
   condition?: string | null;
-  /** Part, which denotes its initial list, or a single list. */
+  /** Part, which stands for its initial list, or a single list. */
   to: string;
   place?: SourceLocation | null;
 }
 
 /** A stored file. */
 export interface StoredFile {
-  /** Size in bytes. */
+  /** Size of the file, bytes. */
   bytes: number;
 }
 
-/** A text frame of the stream: news of a subscription, or the reason for refusing a frame of the client. */
+/** A text frame of the stream: an update of a subscription, or the reason why a frame of the client was refused. */
 export interface StreamAnswer {
-  /** Subscription, by the name that its client chose. */
+  /** Name that the client chose for the subscription. */
   id?: string | null;
-  /** Heartbeat of a stream opened with `?beat=true`: the daemon's clock, ms. `OpenGPAC-As-Of` counts from it. */
+  /** Heartbeat of a stream opened with `?beat=true`: the daemon's clock, ms. `OpenGPAC-As-Of` is relative to it. */
   beat?: number | null;
   svvs?: Snapshot | null;
   statistics?: Statistics | null;
@@ -2293,7 +2330,7 @@ export interface StreamAnswer {
   ends?: End[] | null;
   /** First frame of a scope, which describes the content of the binary frames that follow. */
   scope?: ScopeHead | null;
-  /** Number of frames, or entries, since the last frame of this subscription for which the reader was too slow. */
+  /** Number of frames or entries of this subscription dropped since its last frame because the reader was too slow. */
   dropped?: number | null;
   /** Reason why the subscription ended or the frame was refused. */
   errors?: Refusal[] | null;
@@ -2305,19 +2342,25 @@ export interface StreamFrame {
   subscribe?: Topic | null;
   /** Client's name for the subscription. */
   id?: string | null;
-  /** Subscription that ends. */
+  /** Name of the subscription to end. */
   unsubscribe?: string | null;
-  /** Names of `svvs` and `scope`. */
+  /** SVVs and cells to observe, for the topics `svvs` and `scope`. */
   names?: string[];
-  /** Period of observation, ms of the wall clock, at least 10; of `statistics` and `installed` at least 100, of `scope` at most 1,000. */
+  /**
+   * Period of observation, ms of wall-clock time: at least 10; at least 100 for `statistics` and `installed`; at most 1,000 for
+   * `scope`.
+   */
   every_ms?: number;
-  /** True if `svvs` are sent as bytes in base64 instead of values. */
+  /** True if `svvs` are sent as base64-encoded bytes instead of values. */
   raw?: boolean;
-  /** First number of `log` and `ends` to send. */
+  /** Number of the first entry of `log` or `ends` to send. */
   since?: number;
 }
 
-/** Suspension of a verb. JSON: `"idle"`, `"hold"`, `"hold_last"`, `"safe"`, `{"holding": [{"set": "label.input", "until": "label.condition"}]}`. */
+/**
+ * Suspension of a verb. JSON: `"idle"`, `"hold"`, `"hold_last"`, `"safe"`, or `{"holding": [{"set": "label.input", "until":
+ * "label.condition"}]}`.
+ */
 export type Suspend = "idle" | "hold" | "hold_last" | "safe" | {
   holding: Holding[];
 };
@@ -2328,22 +2371,22 @@ export interface SvvAbout {
   kind: CellKind;
   /** C type as declared. */
   type_text: string;
-  /** Declarations of the struct types that it needs, by name. */
+  /** Declarations of the struct types used by the type, by name. */
   types: { [name: string]: string };
   /** Type with its layout. */
   type: TypeTree;
   unit: string;
   /** Number of values kept. */
   history: number;
-  /** Logical device that it belongs to. */
+  /** Logical device to which the SVV belongs. */
   device: string | null;
-  /** Ports that write it, `instance.label.port`. */
+  /** Ports that write the value, as `instance.label.port`. */
   writers: string[];
-  /** Ports that read it. */
+  /** Ports that read the value. */
   readers: string[];
-  /** Number of verb instances with a port bound to it. */
+  /** Number of verb instances that have a port bound to the value. */
   bound: number;
-  /** Number of this SVV among all SVVs of the same name over time; `NAME@ID` refers to exactly this one. */
+  /** Number of this SVV among all SVVs that have ever had the same name; `NAME@ID` refers to exactly this one. */
   id?: number;
   /** Minimum and maximum that a programming system may write, if both are finite. */
   within?: [number, number] | null;
@@ -2353,19 +2396,19 @@ export interface SvvAbout {
 
 export type SvvId = number;
 
-/** A requested SVV: its specification, and the struct types that its type needs. */
+/** A requested SVV: its specification, and the struct types used by its type. */
 export interface SvvRequest {
   /** C type. */
   type_text: string;
   unit?: string;
   initial?: Initial | null;
-  /** Number of earlier values kept for Python. */
+  /** Number of previous values kept for Python. */
   history?: number;
   /** Values that the PS may store. */
   within?: Within | null;
-  /** True if the PS keeps the value over a warm restart. */
+  /** True if the PS keeps the value across a warm restart. */
   keep?: boolean | null;
-  /** Name of the system's SVV that all devices of the type share instead of having their own. */
+  /** Name of the system's SVV that all devices of the type share, in place of an SVV of their own. */
   shared?: string | null;
   types?: { [name: string]: string };
 }
@@ -2375,13 +2418,13 @@ export interface SvvSpecification {
   type_text: string;
   unit: string;
   initial: Initial | null;
-  /** Number of earlier values kept for Python. */
+  /** Number of previous values kept for Python. */
   history: number;
   /** Values that the PS may store. */
   within: Within | null;
-  /** True if the PS keeps the value over a warm restart. */
+  /** True if the PS keeps the value across a warm restart. */
   keep?: boolean | null;
-  /** Name of the system's SVV that all devices of the type share instead of having their own. */
+  /** Name of the system's SVV that all devices of the type share, in place of an SVV of their own. */
   shared: string | null;
 }
 
@@ -2390,25 +2433,25 @@ export interface SvvSpecificationRequest {
   type_text: string;
   unit?: string;
   initial?: Initial | null;
-  /** Number of earlier values kept for Python. */
+  /** Number of previous values kept for Python. */
   history?: number;
   /** Values that the PS may store. */
   within?: Within | null;
-  /** True if the PS keeps the value over a warm restart. */
+  /** True if the PS keeps the value across a warm restart. */
   keep?: boolean | null;
-  /** Name of the system's SVV that all devices of the type share instead of having their own. */
+  /** Name of the system's SVV that all devices of the type share, in place of an SVV of their own. */
   shared?: string | null;
 }
 
-/** `POST /v1/command`. */
+/** Body of `POST /v1/command`. */
 export interface TakeCommand {
   /** True to take command from the holder; requires the role `configure`. */
   force?: boolean;
 }
 
-/** Results of a takeover, one per process of processors. */
+/** Results of a takeover, one per process that contains processors. */
 export interface TakenOver {
-  /** Results, in the order of the process names. */
+  /** Results, sorted by process name. */
   processors: ProcessTakenOver[];
 }
 
@@ -2419,15 +2462,15 @@ export interface TaughtPoint {
   joints: number[];
   /** `joints` for joint positions; `world` or the name of a work frame for a pose. */
   frame: string;
-  /** Frame of `tools` that the pose is for; null for the tool of the arm. */
+  /** Frame in `tools` to which the pose applies; null for the tool of the arm. */
   tool: string | null;
   /** Position in its frame, m. */
   position: [number, number, number] | null;
   /** Roll, pitch and yaw in its frame, degrees. */
   rpy_deg: [number, number, number] | null;
-  /** Signs of shoulder, elbow and wrist, if the arm has such configurations. */
+  /** Signs of the shoulder, elbow and wrist configuration, if the arm has such configurations. */
   configuration: string | null;
-  /** Turns of the joints in that configuration. */
+  /** Revolutions of the joints in that configuration. */
   turns: number[];
   /** Note for people. */
   note: string;
@@ -2442,15 +2485,15 @@ export interface TaughtPointRequest {
   joints: number[];
   /** `joints` for joint positions; `world` or the name of a work frame for a pose. */
   frame?: string;
-  /** Frame of `tools` that the pose is for; null for the tool of the arm. */
+  /** Frame in `tools` to which the pose applies; null for the tool of the arm. */
   tool?: string | null;
   /** Position in its frame, m. */
   position?: [number, number, number] | null;
   /** Roll, pitch and yaw in its frame, degrees. */
   rpy_deg?: [number, number, number] | null;
-  /** Signs of shoulder, elbow and wrist, if the arm has such configurations. */
+  /** Signs of the shoulder, elbow and wrist configuration, if the arm has such configurations. */
   configuration?: string | null;
-  /** Turns of the joints in that configuration. */
+  /** Revolutions of the joints in that configuration. */
   turns?: number[];
   /** Note for people. */
   note?: string;
@@ -2472,32 +2515,38 @@ export interface TaughtPoints {
 
 /** A termination condition: an element of t_V with its ν. */
 export interface Termination {
-  /** Block conditions (`label.item`) that it consists of; empty: the system condition of the same name. */
+  /** Block conditions (`label.item`) that make up this condition; if empty, the system condition with the same name. */
   on: NameList;
-  /** ν: outputs that it returns. Absent: none declared. */
+  /** ν: outputs that the condition returns; absent if none is declared. */
   returns: NameList | null;
-  /** True if it raises an exception on the PS. May also be set to the name of the exception class, which only the PS resolves. */
+  /**
+   * True if the condition raises an exception in the PS. In JSON, may also be the name of the exception class, which only the PS
+   * resolves.
+   */
   raises: RaiseMark;
-  /** Command lists in which it holds; empty: all. In JSON one name, or several. */
+  /** Command lists in which the condition holds (in JSON, one name or several); if empty, all. */
   during: NameList;
   priority: number;
-  /** Code of the alarm that it raises whenever it occurs, whether or not the verb ends. */
+  /** Code of the alarm that the condition raises whenever it occurs, whether or not the verb ends. */
   alarm: string | null;
   place: SourceLocation | null;
 }
 
 /** A termination condition: an element of t_V with its ν. */
 export interface TerminationRequest {
-  /** Block conditions (`label.item`) that it consists of; empty: the system condition of the same name. */
+  /** Block conditions (`label.item`) that make up this condition; if empty, the system condition with the same name. */
   on?: NameList;
-  /** ν: outputs that it returns. Absent: none declared. */
+  /** ν: outputs that the condition returns; absent if none is declared. */
   returns?: NameList | null;
-  /** True if it raises an exception on the PS. May also be set to the name of the exception class, which only the PS resolves. */
+  /**
+   * True if the condition raises an exception in the PS. In JSON, may also be the name of the exception class, which only the PS
+   * resolves.
+   */
   raises?: RaiseMark;
-  /** Command lists in which it holds; empty: all. In JSON one name, or several. */
+  /** Command lists in which the condition holds (in JSON, one name or several); if empty, all. */
   during?: NameList;
   priority?: number;
-  /** Code of the alarm that it raises whenever it occurs, whether or not the verb ends. */
+  /** Code of the alarm that the condition raises whenever it occurs, whether or not the verb ends. */
   alarm?: string | null;
   place?: SourceLocation | null;
 }
@@ -2549,7 +2598,7 @@ export type TypeTree = ({
 /** End of a wait. */
 export type Until = boolean | NameList;
 
-/** A value of a parameter, preset, SVV or output. JSON uses the corresponding native form. */
+/** A value of a parameter, preset, SVV or output. In JSON, it has the corresponding native representation. */
 export type Value = boolean | number | string | Value[] | { [name: string]: Value } | null;
 
 /**
@@ -2570,7 +2619,7 @@ export interface Verb {
   /** Private SVVs of each instance; part of χ. */
   cells: { [name: string]: NameList };
   input_parameters: { [name: string]: WrittenInputParameter };
-  /** Bool members of objects (SVVs or parameters) that must be true at a start: `arm.homed`. */
+  /** Boolean members of objects (SVVs or parameters) that must be true when the verb starts: `arm.homed`. */
   requires: { [name: string]: WrittenRequirement };
   /** ω. */
   output_values: { [name: string]: string };
@@ -2580,34 +2629,37 @@ export interface Verb {
   transitions: Transition[];
   /** Relaxed modes: port → mode. */
   modes: { [name: string]: PortMode };
-  /** Parts of a composed verb by label, including nested parts (`pick.approach`). Empty in a verb that is not composed. */
+  /** Parts of a composed verb by label, including nested parts (`pick.approach`). Empty if the verb is not composed. */
   parts: { [name: string]: Part };
-  /** Command list that runs at every end (brakes, a ramp down), except after an emergency stop, a lost processor or a second halt. */
+  /**
+   * Command list that runs at every end (brakes, a ramp down), except after an emergency stop, the loss of a processor or a second
+   * halt.
+   */
   ending: string | null;
   /**
-   * Time limit, ns, of an ending list, of the lists to which τ leads from a disabled device or an abort, and of a suspension that
-   * waits for its condition; absent: [`ENDING_LIMIT_NS`].
+   * Time limit, ns, for an ending list, for the lists to which τ leads after a device was disabled or after an abort, and for a
+   * suspension that waits for its condition; if absent, [`ENDING_LIMIT_NS`].
    */
   ending_limit_ns: number | null;
   suspend: Suspend;
   /**
-   * Reaction of a running instance when the programming system that started it is cut off; absent: an action is halted, and a logical
-   * device's own verb continues.
+   * Reaction of a running instance when the programming system that started it is cut off; if absent, an action is halted, and a
+   * logical device's own verb continues.
    */
   if_cut_off: IfCutOff | null;
   place: SourceLocation | null;
 }
 
-/** The paper's two classes of verbs. */
+/** Class of a verb, one of the paper's two. */
 export type VerbClass = "acts on devices" | "supports devices";
 
-/** Inputs requested for starting a verb. */
+/** Contents of a form for starting a verb. */
 export interface VerbForm {
   name: string;
   doc: string;
   /** True if the verb may be started in manual mode. */
   manual: boolean;
-  /** Arguments for creating an instance. */
+  /** Arguments needed to create an instance. */
   arguments: FormArgument[];
   /** Values that may be passed to a start. */
   inputs: FormInput[];
@@ -2633,7 +2685,7 @@ export interface VerbRequest {
   /** Private SVVs of each instance; part of χ. */
   cells?: { [name: string]: NameList };
   input_parameters?: { [name: string]: WrittenInputParameterRequest };
-  /** Bool members of objects (SVVs or parameters) that must be true at a start: `arm.homed`. */
+  /** Boolean members of objects (SVVs or parameters) that must be true when the verb starts: `arm.homed`. */
   requires?: { [name: string]: WrittenRequirementRequest };
   /** ω. */
   output_values?: { [name: string]: string };
@@ -2643,19 +2695,22 @@ export interface VerbRequest {
   transitions?: TransitionRequest[];
   /** Relaxed modes: port → mode. */
   modes?: { [name: string]: PortMode };
-  /** Parts of a composed verb by label, including nested parts (`pick.approach`). Empty in a verb that is not composed. */
+  /** Parts of a composed verb by label, including nested parts (`pick.approach`). Empty if the verb is not composed. */
   parts?: { [name: string]: Part };
-  /** Command list that runs at every end (brakes, a ramp down), except after an emergency stop, a lost processor or a second halt. */
+  /**
+   * Command list that runs at every end (brakes, a ramp down), except after an emergency stop, the loss of a processor or a second
+   * halt.
+   */
   ending?: string | null;
   /**
-   * Time limit, ns, of an ending list, of the lists to which τ leads from a disabled device or an abort, and of a suspension that
-   * waits for its condition; absent: [`ENDING_LIMIT_NS`].
+   * Time limit, ns, for an ending list, for the lists to which τ leads after a device was disabled or after an abort, and for a
+   * suspension that waits for its condition; if absent, [`ENDING_LIMIT_NS`].
    */
   ending_limit_ns?: number | null;
   suspend?: Suspend;
   /**
-   * Reaction of a running instance when the programming system that started it is cut off; absent: an action is halted, and a logical
-   * device's own verb continues.
+   * Reaction of a running instance when the programming system that started it is cut off; if absent, an action is halted, and a
+   * logical device's own verb continues.
    */
   if_cut_off?: IfCutOff | null;
   place?: SourceLocation | null;
@@ -2670,13 +2725,13 @@ export interface VerbSummary {
   supports: string[];
   /** True if the verb has only one command list. */
   simple: boolean;
-  /** Names of its command lists. */
+  /** Names of the verb's command lists. */
   lists: string[];
   /** Parts of a composed verb, by label. */
   parts: { [name: string]: Part };
 }
 
-/** A port, and the reason why it cannot be wired; without a reason, it can be. */
+/** A port, and the reason why it cannot be wired, if it cannot. */
 export interface Verdict {
   block: string;
   port: string;
@@ -2689,13 +2744,16 @@ export interface Version {
   opengpac: string;
   /** Version of the control interface. */
   interface: number;
-  /** Version of the block interface for shared objects. */
+  /** Version of the binary block interface of shared objects. */
   abi: number;
-  /** Target of the machine for shared objects, such as `x86_64-linux`. */
+  /** Target platform for shared objects on this machine, such as `x86_64-linux`. */
   target: string;
   /** Name of the real-time system. */
   system: string;
-  /** Identifier of this run of the system: a restarted system has another, and its log and its numbers restart. */
+  /**
+   * Identifier of this run of the system. It changes when the system restarts, and log entries and other items are then numbered from
+   * the start again.
+   */
   run: string;
   clock: ClockName;
   /** Role of the caller. */
@@ -2703,7 +2761,7 @@ export interface Version {
 }
 
 /**
- * A part of a definition, as identified by a drawing editor. JSON: `{"block": "filter", "port": "u"}`, `{"transition": ["start",
+ * Part of a definition, as a drawing editor identifies it. JSON: `{"block": "filter", "port": "u"}`, `{"transition": ["start",
  * "contact"]}`, …
  */
 export type Where = {
@@ -2730,27 +2788,27 @@ export type Where = {
   transition: [string, string];
 };
 
-/** `DELETE /v1/command/request`. */
+/** Body of `DELETE /v1/command/request`. */
 export interface WithdrawRequest {
-  /** Reason, for people. */
+  /** Human-readable reason. */
   reason?: string;
 }
 
 /**
  * Range of a member of a device type, or of an SVV. JSON: `"(0, inf)"`, or two bounds, each a number or the name of a parameter of the
- * device, `["position_min", "position_max"]`, `["-max_effort", "max_effort"]`.
+ * device, for example `["position_min", "position_max"]` or `["-max_effort", "max_effort"]`.
  */
 export type Within = Range | [Bound, Bound];
 
 /** A layout of panels. */
 export interface Workspace {
-  /** Name among the workspaces of the system. */
+  /** Name, unique among the workspaces of the system. */
   name: string;
-  /** Title for people; the name if empty. */
+  /** Human-readable title; the name if empty. */
   title?: string;
   /** Purpose of the workspace. */
   doc?: string;
-  /** True if it is a panel for operators: it has large buttons and values, and nothing in it can be edited. */
+  /** True if the workspace is for operators: it has large buttons and values, and no part of it can be edited. */
   operator?: boolean;
   layout: Region;
 }
@@ -2760,23 +2818,23 @@ export interface WorkspaceAbout {
   name: string;
   title: string;
   doc: string;
-  /** True if it is a panel for operators. */
+  /** True if the workspace is for operators. */
   operator: boolean;
-  /** True if a program has shipped it; people cannot change it. */
+  /** True if a program has supplied the workspace; people cannot change such a workspace. */
   shipped: boolean;
-  /** Number that changes with every change. */
+  /** Revision number, which changes with every change. */
   revision: number;
 }
 
 /** A layout of panels. */
 export interface WorkspaceRequest {
-  /** Name among the workspaces of the system. */
+  /** Name, unique among the workspaces of the system. */
   name: string;
-  /** Title for people; the name if empty. */
+  /** Human-readable title; the name if empty. */
   title?: string;
   /** Purpose of the workspace. */
   doc?: string;
-  /** True if it is a panel for operators: it has large buttons and values, and nothing in it can be edited. */
+  /** True if the workspace is for operators: it has large buttons and values, and no part of it can be edited. */
   operator?: boolean;
   layout: RegionRequest;
 }
@@ -2822,17 +2880,17 @@ export interface Calls {
     role: "configure";
     arguments: {
       name: string;
-      /** CPU core that the processor is bound to. */
+      /** CPU core to which the processor is bound. */
       core?: number | null;
       /** true if the supervisor runs on the processor; by default it runs on the first one. */
       supervisor?: boolean;
-      /** true: a process of its own; a text: the process of that name. */
+      /** True for its own process, or the name of a shared process. */
       process?: InProcess;
       /** Name of a host that has joined the system. */
       host?: string | null;
       /** Maximum time for which the process may hang before it counts as lost. */
       lost_after_ns?: number | null;
-      /** Maximum time for which the process may be without its supervisor. */
+      /** Maximum time for which the process may be without a supervisor. */
       patience_ns?: number | null;
     };
     result: null;
@@ -2845,7 +2903,7 @@ export interface Calls {
       endpoint: string;
       /** Name of this host. */
       name: string;
-      /** File of the authority that signs the other hosts' certificates. */
+      /** File of the certificate authority that signs the other hosts' certificates. */
       authority?: string | null;
       certificate?: string | null;
       key?: string | null;
@@ -2856,13 +2914,13 @@ export interface Calls {
     };
     result: null;
   };
-  /** Takes over processes that lost a system of this name, and continues what runs in them; the system must be opened with "adopt": true. */
+  /** Takes over processes that lost a system with this name, and continues everything that runs in them; the system must be opened with "adopt": true. */
   take_over: {
     role: "configure";
     arguments: Record<string, never>;
     result: TakenOver;
   };
-  /** Creates an interrupt source of a processor. */
+  /** Creates an interrupt source on a processor. */
   source: {
     role: "configure";
     arguments: {
@@ -2873,7 +2931,7 @@ export interface Calls {
       /** Period of a timer. */
       period_ns?: number;
       priority: number;
-      /** Cost of a firing under the virtual clock. */
+      /** Duration of a firing under the virtual clock. */
       virtual_cost_ns?: number;
     };
     result: null;
@@ -2887,7 +2945,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Opens a device for a source. Returns its channels and parts. */
+  /** Opens a device on a source. Returns its channels and parts. */
   physical_device: {
     role: "configure";
     arguments: {
@@ -2902,7 +2960,7 @@ export interface Calls {
     };
     result: PhysicalDevice;
   };
-  /** Calls an acyclic service of a device's driver. Returns the answer of the service. */
+  /** Calls an acyclic service of a device's driver. Returns the service's answer. */
   device_service: {
     role: "operate";
     arguments: {
@@ -2916,7 +2974,7 @@ export interface Calls {
     };
     result: Value | null;
   };
-  /** Searches the host of the system for devices that a driver could open, without moving anything. Returns a description of each, and the options that open it. */
+  /** Searches the host of the system for devices that a driver could open; does not move any machine. Returns a description of each device, and the options that open it. */
   scan_devices: {
     role: "configure";
     arguments: {
@@ -2929,7 +2987,7 @@ export interface Calls {
     };
     result: Value | null;
   };
-  /** Waits for a service or search in progress. Returns the answer, only once. */
+  /** Waits for a service or search in progress. Returns its answer, but only once. */
   device_served: {
     role: "operate";
     arguments: {
@@ -2955,7 +3013,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Lets a channel of a device raise a source. */
+  /** Makes a channel of a device raise a source. */
   raises: {
     role: "configure";
     arguments: {
@@ -2978,25 +3036,25 @@ export interface Calls {
     arguments: VerbRequest;
     result: null;
   };
-  /** Checks a data flow graph and refuses it if it is wrong; nothing is entered. */
+  /** Checks a data flow graph, and refuses it if it has mistakes. Does not define it. */
   check_graph: {
     role: "observe";
     arguments: GraphRequest;
     result: null;
   };
-  /** Returns all mistakes of a graph or a verb, each with "where"; nothing is entered. */
+  /** Returns all mistakes of a graph or a verb, each with "where". Does not define it. */
   check_definition: {
     role: "observe";
     arguments: Drawing;
     result: Refusal[];
   };
-  /** Returns all mistakes of a graph or a verb, as `check_definition` does, and everything that an installation would refuse for any arguments: constants, defaults, members of objects, second writers in a list. Nothing is entered. */
+  /** Returns all mistakes of a graph or a verb, as `check_definition` does, and everything that an installation would refuse for any arguments: constants, defaults, members of objects, second writers in a list. Does not define it. */
   check_drawing: {
     role: "observe";
     arguments: Drawing;
     result: Refusal[];
   };
-  /** Returns why two ports of a graph or a verb cannot be wired, or null; without `to`, the reason for each other port. */
+  /** Returns the reason why two ports of a graph or a verb cannot be wired, or null if they can; without `to`, returns the reason for each other port. */
   compatible: {
     role: "observe";
     arguments: ({
@@ -3011,7 +3069,7 @@ export interface Calls {
     arguments: DeviceTypeRequest;
     result: null;
   };
-  /** Returns the verb that a composition of verbs defines; nothing is entered. */
+  /** Returns the verb that a composition of verbs defines, without defining it in the system. */
   compose: {
     role: "observe";
     arguments: Composition;
@@ -3026,7 +3084,7 @@ export interface Calls {
     }) & SvvRequest;
     result: null;
   };
-  /** Deletes an SVV that nothing is bound to. */
+  /** Deletes an SVV to which no port is bound. */
   delete_svv: {
     role: "configure";
     arguments: {
@@ -3040,16 +3098,16 @@ export interface Calls {
     arguments: Record<string, never>;
     result: Interface[];
   };
-  /** Fuses C blocks that are always due together, for up to a second; call again while groups are `waiting`. Returns the fused blocks. */
+  /** Fuses C blocks that are always due together, for up to a second; call again as long as there are groups `waiting`. Returns the fused blocks. */
   fuse: {
     role: "configure";
     arguments: {
-      /** False to undo the fusing. */
+      /** False to undo fusing. */
       on?: boolean | null;
     };
     result: FusedBlocks;
   };
-  /** Returns the fused blocks, and the others with the reasons. */
+  /** Returns the fused blocks, and the other blocks with the reasons. */
   fused: {
     role: "observe";
     arguments: Record<string, never>;
@@ -3063,7 +3121,7 @@ export interface Calls {
     } & DeviceRequest;
     result: null;
   };
-  /** Starts a device's own verb. Returns the instance, or 0 if there is none. The device is enabled when the verb is ready. */
+  /** Starts a device's own verb. Returns its instance, or 0 if there is none. The device is enabled when the verb is ready. */
   enable: {
     role: "operate";
     arguments: {
@@ -3071,21 +3129,21 @@ export interface Calls {
     };
     result: number;
   };
-  /** Waits until a device is enabled. Returns true if it is. */
+  /** Waits until a device is enabled. Returns true if the device is enabled. */
   wait_enabled: {
     role: "observe";
     arguments: {
       name: string;
       /** Timeout relative to the call, on the system's clock. */
       timeout_ns?: number | null;
-      /** Absolute time of the timeout, as an alternative. */
+      /** Absolute deadline, as an alternative to the timeout. */
       until_ns?: number | null;
       /** Time limit of this request, ms. */
       slice_ms?: number;
     };
     result: boolean;
   };
-  /** Ends the verbs that use a device, then its own; waits for their ends. */
+  /** Ends the verbs that use a device, then the device's own verb, and waits until they have ended. */
   disable: {
     role: "operate";
     arguments: {
@@ -3095,7 +3153,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Replaces a device's own verb by another one, within one firing if the device is enabled. */
+  /** Replaces a device's own verb with another one, within one firing if the device is enabled. */
   exchange_verb: {
     role: "configure";
     arguments: {
@@ -3113,7 +3171,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Returns "disabled", "enabling", "standstill", "moving", "stopping" or "fault". */
+  /** Returns the state of a device: "disabled", "enabling", "standstill", "moving", "stopping" or "fault". */
   device_state: {
     role: "observe";
     arguments: {
@@ -3121,7 +3179,7 @@ export interface Calls {
     };
     result: DeviceState;
   };
-  /** Returns the value of a parameter. */
+  /** Returns the value of a device parameter. */
   device_parameter: {
     role: "observe";
     arguments: {
@@ -3130,7 +3188,7 @@ export interface Calls {
     };
     result: Value;
   };
-  /** Sets a parameter. */
+  /** Sets a device parameter. */
   set_device_parameter: {
     role: "operate";
     arguments: {
@@ -3140,13 +3198,13 @@ export interface Calls {
     };
     result: null;
   };
-  /** Registers an arm, replacing the one of that name: its joints, and the geometry that connects them or the reason why it is unknown. */
+  /** Registers an arm, replacing any arm with the same name: its joints, and the geometry that connects them or the reason why it is unknown. */
   describe_arm: {
     role: "configure";
     arguments: ArmDescriptionRequest;
     result: null;
   };
-  /** Returns the arms whose joints are all present. */
+  /** Returns the arms whose joints all exist. */
   arms: {
     role: "observe";
     arguments: Record<string, never>;
@@ -3160,7 +3218,7 @@ export interface Calls {
     };
     result: TaughtPoints;
   };
-  /** Stores a taught point in the file of an arm, replacing the one of that name. */
+  /** Stores a taught point in the file of an arm, replacing any point with the same name. */
   teach_point: {
     role: "operate";
     arguments: {
@@ -3169,7 +3227,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Renames a taught point; its place in the file is kept. */
+  /** Renames a taught point; its position in the file is kept. */
   rename_point: {
     role: "operate";
     arguments: {
@@ -3188,13 +3246,13 @@ export interface Calls {
     };
     result: TaughtPoint;
   };
-  /** Plans an application without creating anything. Returns the plan. */
+  /** Plans an application without creating an instance. Returns the plan. */
   check: {
     role: "observe";
     arguments: ApplicationRequest;
     result: Plan;
   };
-  /** Calls a verb: creates an instance, starts it with the values of the application, waits until it has ended and deletes it. Returns its end report. */
+  /** Calls a verb: creates an instance, starts it with the values of the application, waits until it has ended, and deletes it. Returns its end report. */
   perform: {
     role: "operate";
     arguments: {
@@ -3204,7 +3262,7 @@ export interface Calls {
     } & ApplicationRequest;
     result: Report | null;
   };
-  /** Continues the call of a verb: waits until its instance has ended and deletes it. Returns its end report. */
+  /** Continues a verb call: waits until its instance has ended, and deletes it. Returns its end report. */
   performed: {
     role: "operate";
     arguments: {
@@ -3238,21 +3296,21 @@ export interface Calls {
       instance: number;
       /** Timeout relative to the call, on the system's clock. */
       timeout_ns?: number | null;
-      /** Absolute time of the timeout, as an alternative. */
+      /** Absolute deadline, as an alternative to the timeout. */
       until_ns?: number | null;
       /** Time limit of this request, ms. */
       slice_ms?: number;
     };
     result: Report | null;
   };
-  /** Ends an instance and waits until it has ended: first follows a transition on `halted`, if there is one; a second halt is immediate. Returns its end report. */
+  /** Ends an instance and waits until it has ended. First follows a transition on `halted`, if there is one; a second halt is immediate. Returns the end report. */
   halt: {
     role: "operate";
     arguments: {
       instance: number;
       /** Timeout relative to the call, on the system's clock. */
       timeout_ns?: number | null;
-      /** Absolute time of the timeout, as an alternative. */
+      /** Absolute deadline, as an alternative to the timeout. */
       until_ns?: number | null;
       /** Time limit of this request, ms. */
       slice_ms?: number;
@@ -3283,7 +3341,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Returns "created", "queued", "running", "suspended", "ended" or "deleted". */
+  /** Returns the state of an instance: "created", "queued", "running", "suspended", "ended" or "deleted". */
   state: {
     role: "observe";
     arguments: {
@@ -3299,7 +3357,7 @@ export interface Calls {
     };
     result: InstanceAbout;
   };
-  /** Returns the end report of the latest start, null while it runs. */
+  /** Returns the end report of the latest start; null while it is running. */
   report: {
     role: "observe";
     arguments: {
@@ -3323,10 +3381,10 @@ export interface Calls {
   read: {
     role: "observe";
     arguments: {
-      /** Names of SVVs, of private cells, "move#1:coefficients", or of channels, "plant.elbow.position". */
+      /** Names of SVVs, of private cells ("move#1:coefficients"), or of channels ("plant.elbow.position"). */
       names: string[];
       /**
-       * True to return "bytes", the memory of the C type in base64, little endian, instead of "value", which cannot represent NaN
+       * True to return "bytes", the memory of the C type in base64, little-endian, instead of "value", which cannot represent NaN
        * or infinity in JSON.
        */
       raw?: boolean;
@@ -3342,7 +3400,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Returns the last values, oldest first. */
+  /** Returns the most recent values, oldest first. */
   history: {
     role: "observe";
     arguments: {
@@ -3362,7 +3420,7 @@ export interface Calls {
     };
     result: SvvAbout;
   };
-  /** Returns the time of the system, ns. */
+  /** Returns the time on the system's clock, ns. */
   now: {
     role: "observe";
     arguments: Record<string, never>;
@@ -3378,13 +3436,13 @@ export interface Calls {
     };
     result: null;
   };
-  /** Runs the next firing under the virtual clock, however far ahead. Returns false if nothing will ever happen. */
+  /** Runs the next firing under the virtual clock, however far ahead it is. Returns false if nothing will ever be due. */
   step: {
     role: "operate";
     arguments: Record<string, never>;
     result: boolean;
   };
-  /** Stops everything that moves, until `reset`. */
+  /** Stops everything that moves, until `reset` is called. */
   emergency_stop: {
     role: "operate";
     arguments: {
@@ -3392,13 +3450,13 @@ export interface Calls {
     };
     result: null;
   };
-  /** Lets a channel of a device trip the emergency stop. */
+  /** Makes a channel of a device trip the emergency stop. */
   emergency_stop_input: {
     role: "configure";
     arguments: {
       device: string;
       channel: string;
-      /** True if it trips at zero rather than at one. */
+      /** True if the channel trips the emergency stop at zero rather than at one. */
       at_zero?: boolean;
     };
     result: null;
@@ -3409,7 +3467,7 @@ export interface Calls {
     arguments: Record<string, never>;
     result: { [name: string]: string };
   };
-  /** Suspends all actions on these logical devices, or on all devices, and waits until they are suspended. Returns the names of these instances. */
+  /** Suspends all actions on these logical devices, or on all devices, and waits until they are suspended. Returns the names of the suspended instances. */
   pause: {
     role: "operate";
     arguments: {
@@ -3419,7 +3477,7 @@ export interface Calls {
     };
     result: string[];
   };
-  /** Waits until these instances have stopped. Returns their names. */
+  /** Waits until these instances are no longer running. Returns their names. */
   paused: {
     role: "operate";
     arguments: {
@@ -3438,7 +3496,7 @@ export interface Calls {
     };
     result: string[];
   };
-  /** Returns "automatic" or "manual". */
+  /** Returns the mode: "automatic" or "manual". */
   mode: {
     role: "observe";
     arguments: Record<string, never>;
@@ -3523,7 +3581,7 @@ export interface Calls {
     arguments: Record<string, never>;
     result: Alarms;
   };
-  /** Acknowledges one alarm, or all that are not shelved. Returns the number of newly acknowledged alarms. */
+  /** Acknowledges one alarm, or all alarms that are not shelved. Returns the number of newly acknowledged alarms. */
   acknowledge_alarms: {
     role: "operate";
     arguments: {
@@ -3531,7 +3589,7 @@ export interface Calls {
     };
     result: number;
   };
-  /** Removes an alarm from the list for a limited time. Emergency stops, losses, and alarms of the severity critical cannot be shelved. */
+  /** Removes an alarm from the list for a limited time. Emergency stops, losses, and alarms of critical severity cannot be shelved. */
   shelve_alarm: {
     role: "operate";
     arguments: {
@@ -3555,7 +3613,7 @@ export interface Calls {
     };
     result: boolean;
   };
-  /** Restores the alarm history of an earlier run. */
+  /** Restores the alarm history from an earlier run. */
   restore_alarms: {
     role: "configure";
     arguments: {
@@ -3569,7 +3627,7 @@ export interface Calls {
     arguments: Record<string, never>;
     result: Names;
   };
-  /** Returns processors, sources, devices as described by their drivers, device types. */
+  /** Returns the processors, sources, devices as described by their drivers, and device types. */
   configuration: {
     role: "observe";
     arguments: Record<string, never>;
@@ -3587,7 +3645,7 @@ export interface Calls {
     arguments: Record<string, never>;
     result: VerbSummary[];
   };
-  /** Returns the contents of a form that starts a verb: its arguments and input parameters. */
+  /** Returns the contents of a form for starting a verb: its arguments and input parameters. */
   verb_form: {
     role: "observe";
     arguments: {
@@ -3609,7 +3667,7 @@ export interface Calls {
     arguments: Record<string, never>;
     result: Statistics;
   };
-  /** Probes the blocks of a source, or of all sources, one per firing: `statistics` then includes their durations. */
+  /** Starts a probe that measures the blocks of a source, or of all sources, one per firing; `statistics` then includes their durations. */
   probe: {
     role: "observe";
     arguments: {
@@ -3628,13 +3686,13 @@ export interface Calls {
     };
     result: LogEntry[];
   };
-  /** Enters a workspace shipped by a program, replacing a shipped one of the same name. */
+  /** Adds a workspace supplied by a program, replacing any supplied workspace with the same name. */
   ship_workspace: {
     role: "configure";
     arguments: WorkspaceRequest;
     result: null;
   };
-  /** Removes a workspace shipped by a program. */
+  /** Removes a workspace supplied by a program. */
   withdraw_workspace: {
     role: "configure";
     arguments: {
@@ -3642,7 +3700,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Saves a workspace for all users of the system. Cannot replace one shipped by a program. */
+  /** Saves a workspace for all users of the system. Cannot replace one supplied by a program. */
   keep_workspace: {
     role: "operate";
     arguments: WorkspaceRequest;
@@ -3662,7 +3720,7 @@ export interface Calls {
     arguments: Record<string, never>;
     result: WorkspaceAbout[];
   };
-  /** Returns a workspace. */
+  /** Returns the workspace with this name. */
   workspace: {
     role: "observe";
     arguments: {
@@ -3670,35 +3728,35 @@ export interface Calls {
     };
     result: Workspace;
   };
-  /** Returns all mistakes of a workspace in the current system: in its form, and names of missing items. */
+  /** Returns all mistakes of a workspace in the current system: those in its structure, and references to missing items. */
   check_workspace: {
     role: "observe";
     arguments: WorkspaceRequest;
     result: Refusal[];
   };
-  /** Starts recording into a new MCAP file. Returns its number. */
+  /** Starts recording to a new MCAP file. Returns the number of the recording. */
   record: {
     role: "configure";
     arguments: {
       path: string;
-      /** Names of SVVs, with * and ?; all if omitted. */
+      /** Names of SVVs, with * and ? as wildcards; all SVVs if omitted. */
       svvs?: string[] | null;
       /** True to include the private cells of all verb instances. */
       cells?: boolean;
       /** True to include all external inputs, so that the run can be replayed. */
       replay?: boolean;
       /**
-       * Approximate size of a file, bytes, at which the next one begins: run.mcap, run-2.mcap and so on. A recording for a replay
+       * Approximate file size, bytes, at which the next file is started: run.mcap, run-2.mcap and so on. A recording for replay
        * cannot be split.
        */
       split_bytes?: number | null;
-      /** Number of files kept when the recording is split; the oldest is deleted. All are kept if omitted. */
+      /** Number of files to keep if the recording is split (the oldest is deleted); all if omitted. */
       keep?: number | null;
-      /** Identity of the recording, stored in the metadata of its files. Over the control interface the daemon sets it. */
+      /** Identity of the recording, stored in the metadata of its files. Over the control interface, it is set by the daemon. */
       identity?: string | null;
       /**
-       * true: continues after the existing files of that path, and those with this identity count for `keep`. Over the control
-       * interface the daemon sets it, and it must be omitted.
+       * True to continue after the existing files at that path; those with this identity then count towards `keep`. Over the
+       * control interface, it is set by the daemon and must be omitted.
        */
       resumes?: boolean;
     };
@@ -3712,7 +3770,7 @@ export interface Calls {
     };
     result: RecordingSummary;
   };
-  /** Ends a recording. Returns its state; if it still runs, call again. */
+  /** Ends a recording. Returns its state; if the recording has not ended yet, call again. */
   stop_recording: {
     role: "configure";
     arguments: {
@@ -3720,16 +3778,16 @@ export interface Calls {
     };
     result: RecordingSummary;
   };
-  /** Starts the replay of a recording in a separate process, without affecting the system, and compares every value. Returns its number. Code modules in the recording run only if their SHA-256 digests are those of modules that the system has had, or are in `trust`. */
+  /** Starts to replay a recording in a separate process, without affecting the system, and compares every value. Returns the number of the replay. Code modules in the recording run only if their SHA-256 digests are those of modules that the system has loaded at some time, or are in `trust`. */
   replay: {
     role: "configure";
     arguments: {
       path: string;
-      /** Digests of code modules that may run. Over the control interface the daemon sets them, and they must be omitted. */
+      /** Digests of code modules that may run. Over the control interface, they are set by the daemon and must be omitted. */
       trust?: string[];
       /**
-       * true: the system's current modules replace those of the same names in the recording; the first difference is then due to
-       * them.
+       * True to replace modules of the recording with the system's current modules of the same names; the first difference is then
+       * caused by them.
        */
       present?: boolean;
     };
@@ -3743,7 +3801,7 @@ export interface Calls {
     };
     result: Replaying;
   };
-  /** Stops a replay at its current position and deletes it. Returns its last state. */
+  /** Stops a replay at its current position and deletes it. Returns its final state. */
   stop_replay: {
     role: "configure";
     arguments: {
@@ -3755,12 +3813,12 @@ export interface Calls {
   recordings: {
     role: "observe";
     arguments: {
-      /** Folder; over the control interface it is the daemon's own and must be omitted. */
+      /** Folder; over the control interface it is the daemon's own folder and must be omitted. */
       folder?: string;
     };
     result: RecordingFile[];
   };
-  /** Returns a description of a recording: its time, its contents and its end. A recording in progress is described as far as it is on disk. */
+  /** Returns a description of a recording: its time span, its contents and its ends. If the recording is still in progress, the description covers the part that is on disk. */
   recorded: {
     role: "observe";
     arguments: {
@@ -3777,14 +3835,14 @@ export interface Calls {
       time_ns: number;
       /** Names of SVVs and cells. */
       names?: string[];
-      /** Names of other channels, `/installed`, `/statistics`, `/alarms`, … */
+      /** Names of other channels, such as `/installed`, `/statistics`, `/alarms`. */
       topics?: string[];
-      /** Times of the messages that the caller already has, by channel: these messages are omitted. */
+      /** Times of the messages that the caller already has, by channel; these messages are omitted. */
       known?: { [name: string]: number };
     };
     result: RecordedAt;
   };
-  /** Returns messages of a channel without values, `/log`, `/ends`, … */
+  /** Returns messages of a channel without values, such as `/log` or `/ends`. */
   recorded_messages: {
     role: "observe";
     arguments: {
@@ -3810,7 +3868,7 @@ export interface Calls {
     };
     result: RecordedSpan;
   };
-  /** Returns the time of the next firing of a recording that stored a value, or of the previous one; null if there is none. */
+  /** Returns the time of the next (or previous) firing in a recording that stored a value; null if there is none. */
   recorded_firing: {
     role: "observe";
     arguments: {

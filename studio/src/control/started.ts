@@ -20,7 +20,7 @@ export class StartedInstances {
     this.#made.clear();
   }
 
-  /** Returns whether this page created the instance and so may delete it. Instances of the program or of another page are left alone. */
+  /** Returns whether this page created the instance, and so may delete it. Instances of a program or of another page are not deleted. */
   made(instance: number): boolean {
     return this.#made.has(instance);
   }

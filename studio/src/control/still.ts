@@ -4,7 +4,7 @@ import type { Reading } from "./shapes";
 import type { Source, Topic, Values } from "./source";
 import { WatchedValue } from "./watched";
 
-/** Returns a topic that stays as it is now. */
+/** Returns a topic that is frozen at its current value. */
 function stillTopic<T>(of: Topic<T>): Topic<T> {
   const latest = new WatchedValue(of.get());
   return { latest, trouble: new WatchedValue(of.trouble.get()), watch: () => () => undefined, get: latest.get };
@@ -32,8 +32,8 @@ class StillValues implements Values {
 }
 
 /**
- * Returns the running system as it was when the page was paused. Stops are passed on; all other commands are refused, because the page
- * does not show the present state.
+ * Returns the running system in its state when the page was paused. Stops are passed on; all other commands are refused, because the
+ * page does not show the current state.
  */
 export function stillOf(source: Source, readings: ReadonlyMap<string, Reading>): Source {
   const { topics } = source;
@@ -62,7 +62,7 @@ export function stillOf(source: Source, readings: ReadonlyMap<string, Reading>):
   };
 }
 
-/** Returns the refusal of a command to the past. */
+/** Returns the refusal of a command while the page shows the past. */
 export function notNow(why: string): RefusalError {
   return new RefusalError([{ class: "InvalidState", message: `${why}: commands are not possible`, remedy: "return to 'Live'" }], 0);
 }

@@ -5,7 +5,7 @@ import { RefusalError } from "./refusals";
 import { Stream } from "./stream";
 import { Topics } from "./topics";
 
-/** A mock of the socket, driven by the test. */
+/** A mock socket, controlled by the test. */
 class Socket {
   static OPEN = 1;
   static made: Socket[] = [];

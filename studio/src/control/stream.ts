@@ -3,7 +3,7 @@ import { Beats } from "./beats";
 import { type Refusal, RefusalError } from "./refusals";
 import { WatchedValue } from "./watched";
 
-/** Request of a subscription, without its `id`, which the stream assigns. */
+/** Subscription request, without its `id`, which the stream assigns. */
 export type Topic =
   | { subscribe: "svvs"; names: string[]; every_ms: number }
   | { subscribe: "log"; since: number }
@@ -12,38 +12,41 @@ export type Topic =
   | { subscribe: "statistics"; every_ms: number }
   | { subscribe: "installed" };
 
-/** Receiver of a subscription. */
+/** Receiver of a subscription's frames. */
 export interface Subscriber {
-  /** Receives a text frame, as sent. */
+  /** Receives a text frame, as sent by the system. */
   text(frame: Record<string, unknown>): void;
   /** Receives a binary frame (topic `scope`): the whole frame, and the offset of its body. */
   binary?(frame: DataView, body: number): void;
   /** Called if the system refuses the subscription, which ends it. */
   refused(refusals: Refusal[]): void;
-  /** Returns the topic to request after a reconnection; by default the same as before. */
+  /** Returns the topic to request after a reconnection; by default the same topic as before. */
   again?(): Topic;
 }
 
 /**
- * `silent`: nothing new has arrived for longer than the heartbeat allows, although the connection was not closed. `out`: the system does
- * not accept this page's token, or no longer does; the page does not retry.
+ * State of the connection. `silent`: no beat has arrived for longer than the heartbeat allows, although the connection was not closed.
+ * `out`: the system does not accept, or no longer accepts, this page's token; the page does not retry.
  */
 export type Connection = "connecting" | "open" | "silent" | "broken" | "out";
 
 const PROTOCOL = "opengpac.v1";
-/** The first four bytes of a binary frame. */
+/** Magic number: the first four bytes of a binary frame. */
 export const MAGIC = 0x47534331;
-/** Close code of a stream whose caller is no longer authenticated: its token was revoked or has expired, or its role has changed. */
+/**
+ * Close code of a stream whose caller is no longer authenticated, because its token was revoked or has expired, or because its role has
+ * changed.
+ */
 const SHUT_OUT = 4401;
 const AGAIN_MS = [250, 500, 1000, 2000, 4000];
-/** Period at which the age of the newest beat is checked, and its maximum, ms. A beat is sent every 250 ms. */
+/** First the period at which the age of the latest beat is checked, and then the maximum age, ms. A beat is sent every 250 ms. */
 const LOOK_MS = 100;
 const SILENT_MS = 750;
 /** Age at which a silent connection is closed and reopened, ms. */
 const GIVE_UP_MS = 4000;
 
 /**
- * The stream of the system: one WebSocket, reopened with all subscriptions whenever it breaks.
+ * The event stream of the system: one WebSocket, reopened with all subscriptions whenever it breaks.
  *
  * The system allows 16 subscriptions, so views share theirs where possible (`topics.ts`, `live/values.ts`).
  */
@@ -53,7 +56,7 @@ export class Stream {
   readonly #met: (() => Promise<void>) | null;
   readonly #subscriptions = new Map<string, { topic: Topic; subscriber: Subscriber }>();
   #socket: WebSocket | null = null;
-  /** The socket whose run of the system is known. Frames are sent only on it. */
+  /** The socket to the identified run of the system. Frames are sent only over this socket. */
   #known: WebSocket | null = null;
   #last = 0;
   #failures = 0;
@@ -62,10 +65,10 @@ export class Stream {
   readonly #beats = new Beats();
   #looking: ReturnType<typeof setInterval> | undefined;
   #looked = 0;
-  /** Local time at which the present socket was opened. A new socket gets as much time as a silent one. */
+  /** Local time at which the current socket was opened. A new socket is given as much time as a silent one. */
   #opened = 0;
 
-  /** `met` is called whenever a connection opens, before any subscription; it identifies the run that answers. */
+  /** `met` is called whenever a connection opens, before any subscription, to identify the run that answers. */
   constructor(url: () => { url: string; token: string | null }, met: (() => Promise<void>) | null = null) {
     this.#url = url;
     this.#met = met;
@@ -82,12 +85,12 @@ export class Stream {
     };
   }
 
-  /** Returns the age of the newest known state of the system, ms. */
+  /** Returns the age of the last known state of the system, ms. */
   age_ms(): number {
     return this.#beats.age_ms(performance.now());
   }
 
-  /** Returns the daemon's time at a local time (`performance.now()`), ms; null without an open connection. */
+  /** Converts a local time (`performance.now()`) to the daemon's time, ms; null without an open connection. */
   daemon_ms(local_ms: number): number | null {
     return this.connection.get() === "open" ? this.#beats.daemon_ms(local_ms) : null;
   }
@@ -135,7 +138,10 @@ export class Stream {
     this.#socket?.close();
   }
 
-  /** Checks by a plain request whether the system refuses this page's token, because a browser does not report why a WebSocket failed. */
+  /**
+   * Checks with an ordinary request whether the system refuses this page's token, because a browser does not report why a WebSocket
+   * failed.
+   */
   #askWhy(refused: WebSocket): void {
     this.#met?.().catch((why) => {
       if (!(why instanceof RefusalError && why.status === 401) || this.#socket !== refused) return;
@@ -144,7 +150,7 @@ export class Stream {
     });
   }
 
-  /** Checks the age of the newest beat. If the browser itself was busy, it first gets the time to process pending frames. */
+  /** Checks the age of the latest beat. If the browser itself was busy, it first gets time to process pending frames. */
   #look(): void {
     const now = performance.now();
     const wasBusy = now - this.#looked > 3 * LOOK_MS;
@@ -167,8 +173,8 @@ export class Stream {
   }
 
   /**
-   * Sets the connection open when the run is identified and a beat has given the daemon's time: from then on, a command can state when
-   * it was given.
+   * Marks the connection as open once the run is identified and a beat has arrived with the daemon's time. Commands can then include the
+   * time at which they were given.
    */
   #heard(now: number): void {
     const isHeard = this.#known === this.#socket && this.#beats.daemon_ms(now) !== null && this.#beats.age_ms(now) <= SILENT_MS;

@@ -4,12 +4,12 @@ import type { End, InstalledInstances, LogEntry, Statistics } from "./shapes";
 import type { Stream, Topic } from "./stream";
 import { WatchedValue } from "./watched";
 
-/** Period of statistics, ms. */
+/** Interval between statistics updates, ms. */
 const STATISTICS_MS = 500;
 /** Maximum number of log entries, and of ends, that the page keeps. */
 export const KEPT_MAX = 20_000;
 
-/** A topic that several views share: one subscription, as long as there are watchers. */
+/** A topic that several views share through one subscription, which exists as long as the topic has watchers. */
 class SharedTopic<T> {
   readonly latest = new WatchedValue<T | null>(null);
   readonly trouble = new WatchedValue<Refusal[]>([]);
@@ -56,7 +56,7 @@ class SharedTopic<T> {
   }
 }
 
-/** Entries, and the number that was dropped before they could be read. */
+/** Entries, and the number of entries that were dropped before they could be read. */
 export interface KeptEntries<T> {
   entries: T[];
   dropped: number;
@@ -75,7 +75,7 @@ export class Topics {
   readonly log: SharedTopic<KeptEntries<LogEntry>>;
   readonly ends: SharedTopic<KeptEntries<End>>;
 
-  /** Starts over, because another run of the system answers. */
+  /** Restarts all topics, because another run of the system answers. */
   renew(): void {
     this.statistics.latest.set(null);
     this.installed.latest.set(null);
@@ -112,7 +112,7 @@ function kept<T>(before: KeptEntries<T> | null, more: T[], dropped: number): Kep
   return { entries: entries.slice(-KEPT_MAX), dropped: (before?.dropped ?? 0) + (dropped || 0), earlier: before?.earlier ?? [] };
 }
 
-/** Returns the entries after a restart of the system: the present ones become earlier ones, and counting restarts. */
+/** Returns the entries after a restart of the system: current entries become earlier ones, and counting starts again. */
 export function aged<T>(before: KeptEntries<T> | null): KeptEntries<T> | null {
   return before && { entries: [], dropped: 0, earlier: [...before.earlier, ...before.entries].slice(-KEPT_MAX) };
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** A value with watchers: just what `useSyncExternalStore` needs. */
+/** A value with watchers, as required by `useSyncExternalStore`. */
 export class WatchedValue<T> {
   #value: T;
   readonly #watchers = new Set<() => void>();

@@ -3,7 +3,7 @@
 
 type Wording = [RegExp, string];
 
-/** The first match counts, so longer patterns come first. */
+/** Patterns and their wordings. The first match counts, so longer patterns come first. */
 const WORDINGS: Wording[] = [
   // The editor: modes, lists, intervals.
   [/gpac\.ratio\((\w+)\)/g, "ratio $1"],
@@ -53,7 +53,7 @@ const WORDINGS: Wording[] = [
   [/\b([a-z]\w*)=(?=[\s,.;)]|$)/g, "'$1'"],
 ];
 
-/** Returns a message or remedy of the core in the page's words, without instructions that only a program could follow. */
+/** Returns a message or remedy of the core in the page's wording, without instructions that only a program could follow. */
 export function worded(text: string): string {
   return WORDINGS.reduce((said, [python, page]) => said.replace(python, page), text);
 }

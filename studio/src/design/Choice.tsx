@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { type ReactNode, useId } from "react";
 
-/** One of several options, with its label. */
+/** Selection of one of several options, with a label. */
 export function Choice(props: {
   label: string;
   value: string;

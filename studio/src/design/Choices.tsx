@@ -9,7 +9,7 @@ export interface Choice {
   about: string;
 }
 
-/** Maximum number of rows shown; others are found by typing. */
+/** Maximum number of rows shown; further ones are found by typing. */
 const SHOWN_MAX = 60;
 
 /** A search field with its matches, best first. Arrow keys move, Enter or a click selects, Escape closes. */
@@ -85,7 +85,7 @@ export function Choices(props: { label: string; choices: Choice[]; empty: string
   );
 }
 
-/** Returns the choices that match `typed`, best first; all in their order if nothing is typed. */
+/** Returns the choices that match `typed`, best first; if nothing is typed, all choices in their original order. */
 export function foundChoices(typed: string, choices: readonly Choice[]): Choice[] {
   if (typed.trim() === "") return [...choices];
   const scored = choices.flatMap((choice) => {

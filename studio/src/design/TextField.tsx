@@ -3,7 +3,8 @@ import { useContext, useEffect, useId, useState } from "react";
 import { Unread } from "./unread";
 
 /**
- * A field whose text is committed on leaving it, or with Enter. If `commit` returns a reason, the text is kept and the reason is shown.
+ * A field whose text is committed when it loses focus or when the person presses Enter. If `commit` returns a reason, the text is kept
+ * and the reason is shown.
  */
 export function TextField(props: {
   label: string;

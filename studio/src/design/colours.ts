@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Colours of the tokens, for drawing on a canvas.
 
-/** Returns the present colour of a token such as `--series-1`: "rgb(29, 90, 168)". */
+/** Returns the current colour of a token such as `--series-1`: "rgb(29, 90, 168)". */
 export function colour(token: string): string {
   const probe = document.createElement("span");
   probe.style.color = `var(${token})`;

@@ -3,7 +3,7 @@ import type { ELK } from "elkjs/lib/elk-api";
 
 let made: Promise<ELK> | null = null;
 
-/** Returns the layout engine of drawings, loaded on first use. */
+/** Returns the layout engine for drawings, which is loaded on first use. */
 export function elk(): Promise<ELK> {
   // A production build includes only one of the two.
   made ??= import.meta.env.PROD ? inWorker() : inPlace();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /**
- * Returns how well `typed` matches `name`, greater is better; null if it does not match. The name must contain all letters in their
- * order. Letters at the beginning of a word and adjacent letters count more, and short names rank first: `shse` finds `shoulder.sensed`.
+ * Returns how well `typed` matches `name` (higher is better), or null if it does not match. The name must contain all letters in order.
+ * Letters at the beginning of a word and adjacent letters score higher, and short names rank first: `shse` finds `shoulder.sensed`.
  */
 export function score(typed: string, name: string): number | null {
   const letters = typed.toLowerCase().replaceAll(/\s+/g, "");
@@ -33,7 +33,7 @@ function bestFrom(letters: string, text: string, letter: number, from: number, k
   return best;
 }
 
-/** Returns the names that match `typed`, best first, `most` at most. */
+/** Returns at most `most` names that match `typed`, best first. */
 export function found(typed: string, names: readonly string[], most: number): string[] {
   return names
     .map((name) => ({ name, score: score(typed, name) }))

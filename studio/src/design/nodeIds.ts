@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // React Flow finds nodes and handles with `[data-id="…"]`: arbitrary names are converted to IDs that are valid between these quotes.
 
-/** Returns the id for a name; for most names it is the name itself. */
+/** Returns the id for a name; for most names, the id is the name itself. */
 export function nodeId(name: string): string {
   return name.replace(/["\\%\n\r\f]/g, encodeURIComponent);
 }

@@ -37,25 +37,25 @@ export function percent(part: number): string {
   return `${(part * 100).toFixed(part < 0.1 ? 1 : 0)} %`;
 }
 
-/** Formats a time of the system's clock in s, to 1 ms: "12.345 s". */
+/** Formats a time of the system's clock in seconds, with a resolution of 1 ms: "12.345 s". */
 export function seconds(time_s: number): string {
   return `${time_s.toFixed(3)} s`;
 }
 
-/** Minimum of a wall-clock time, ns since 1970. Under the virtual clock, wall-clock times are those of the system, which begin at 0. */
+/** Minimum for a wall-clock time, ns since 1970. Under the virtual clock, wall-clock times are those of the system, which begin at 0. */
 const WALL_MIN_NS = 1e17;
 
-/** Formats a time of day from ns since 1970: "14:03:22". Returns an empty string under the virtual clock. */
+/** Formats ns since 1970 as a time of day: "14:03:22". Returns an empty string under the virtual clock. */
 export function clockText(wall_ns: number): string {
   return wall_ns < WALL_MIN_NS ? "" : new Date(wall_ns / 1e6).toLocaleTimeString("en-GB");
 }
 
-/** Formats a date and time of day from ns since 1970: "2026-11-29 14:03:22". */
+/** Formats ns since 1970 as a date and time of day: "2026-11-29 14:03:22". */
 export function dayText(wall_ns: number): string {
   return wall_ns < WALL_MIN_NS ? "" : `${new Date(wall_ns / 1e6).toLocaleDateString("sv-SE")} ${clockText(wall_ns)}`;
 }
 
-/** Formats a live number with about constant width, so that the digits do not jump. */
+/** Formats a live number with a roughly constant width, so that the digits do not jump. */
 export function figure(value: number): string {
   if (!Number.isFinite(value)) return String(value);
   if (Number.isInteger(value) && Math.abs(value) < 1e9) return value.toString();
@@ -72,8 +72,8 @@ export function reading(value: number): string {
 }
 
 /**
- * Formats any value: arrays in brackets, structs with their members. Pass `float` if the type is known, so that floats keep their
- * decimals.
+ * Formats any value: arrays in brackets, structs with their members. Set `float` if the type is known to be a floating-point type, so
+ * that its values keep their decimals.
  */
 export function valueText(value: Value | undefined, float = false): string {
   if (value === undefined || value === null) return "–";

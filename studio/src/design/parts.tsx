@@ -3,7 +3,7 @@ import { type ReactNode, useId } from "react";
 import { type Refusal, refusalsOf } from "../control/refusals";
 import "./parts.css";
 
-/** A panel of a view with a heading; `end` is shown to the right of the heading. */
+/** A panel of a view with a heading; `end` is shown at the right of the heading. */
 export function Panel(props: { title: ReactNode; end?: ReactNode; children: ReactNode; className?: string; flush?: boolean }) {
   const heading = useId();
   return (
@@ -27,7 +27,7 @@ export function Tag(props: { tone?: Tone; children: ReactNode; title?: string })
   );
 }
 
-/** A name from a program, which wraps only after `_`, `.` and `/`. */
+/** A name from a program; it wraps only after `_`, `.` and `/`. */
 export function Name(props: { of: string }) {
   // biome-ignore lint/suspicious/noArrayIndexKey: a part is known by its place
   return props.of.split(/(?<=[_./])/).map((part, index) => [index > 0 && <wbr key={index} />, part]);
@@ -39,7 +39,7 @@ export function Coded(props: { of: string }) {
   return props.of.split("`").map((part, index) => (index % 2 === 1 ? <code key={index}>{part}</code> : part));
 }
 
-/** Refusals of the system in its words, each with its remedy. Screen readers announce them when they appear. */
+/** Refusals of the system, each with its message and remedy. Screen readers announce them when they appear. */
 export function Refusals(props: { of: Refusal[]; id?: string }) {
   if (props.of.length === 0) return null;
   return (
@@ -66,7 +66,7 @@ export function Trouble(props: { of: unknown }) {
   return props.of ? <Refusals of={refusalsOf(props.of)} /> : null;
 }
 
-/** Placeholder for an empty view: states what would be shown, and how to obtain it. */
+/** Placeholder for an empty view: states what would be shown there, and how to obtain it. */
 export function Empty(props: { title: string; children?: ReactNode }) {
   return (
     <div className="empty">

@@ -2,10 +2,10 @@
 // Numbers with units as the package reads them (crates/model/src/quantity.rs): "20 ms", "90 deg", "0.5 rad/s", "30 %". Invalid texts are
 // refused with a message; nothing is guessed.
 
-/** Value that was read, or the reason why the text is invalid. */
+/** Parsed value, or the reason why the text is invalid. */
 export type ReadResult<T> = { value: T; wrong?: undefined } | { value?: undefined; wrong: string };
 
-/** Exponents of m, kg, s, A, K, rad, counts, pixels. */
+/** Exponents of m, kg, s, A, K, rad, counts and pixels. */
 type Dimension = readonly [number, number, number, number, number, number, number, number];
 
 interface Unit {
@@ -18,7 +18,7 @@ const NONE: Dimension = [0, 0, 0, 0, 0, 0, 0, 0];
 const TIME: Dimension = [0, 0, 1, 0, 0, 0, 0, 0];
 const ANGLE: Dimension = [0, 0, 0, 0, 0, 1, 0, 0];
 
-/** Symbol → factor, divisor, dimension, and whether it takes prefixes. */
+/** Factor, divisor and dimension of each symbol, and whether it accepts prefixes. */
 const SYMBOLS: Record<string, readonly [number, number, Dimension, boolean]> = {
   m: [1, 1, [1, 0, 0, 0, 0, 0, 0, 0], true],
   g: [1, 1000, [0, 1, 0, 0, 0, 0, 0, 0], true],
@@ -71,15 +71,15 @@ const PREFIXES: Record<string, readonly [number, number]> = {
 const NUMBER = /^([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$/s;
 const COMMA = /^\s*[+-]?\d+,\d+/;
 
-/** Returns an error text for a number with a decimal comma; null if there is none. Lists in brackets may contain commas. */
+/** Returns an error message for a number with a decimal comma, or null. Lists in brackets may contain commas. */
 export function commaIn(text: string): string | null {
   const found = COMMA.exec(text);
   return found ? `'${text.trim()}' has a decimal comma: write ${found[0].trim().replace(",", ".")}` : null;
 }
 
 /**
- * Converts a text to a number in a unit; a number without a unit is taken as it is. For a choice such as `rad|m`, the first unit of the
- * same dimension counts.
+ * Converts a text to a number in a unit; a number without a unit is returned unchanged. For a choice such as `rad|m`, the first unit of
+ * the same dimension is used.
  */
 export function numberIn(text: string, target: string): ReadResult<number> {
   const read = split(text);
@@ -100,7 +100,8 @@ export function numberIn(text: string, target: string): ReadResult<number> {
 }
 
 /**
- * Converts "20 ms", "1.5 s", "2 min" or the period of a rate, "1 kHz", to whole nanoseconds. `bare` is the unit of a number without one.
+ * Converts "20 ms", "1.5 s", "2 min" or the period of a rate, "1 kHz", to whole nanoseconds. `bare` is the unit of a number without a
+ * unit.
  */
 export function durationNs(text: string, bare: "s" | null = null): ReadResult<number> {
   const read = split(text);
@@ -135,7 +136,7 @@ function isSame(one: Dimension, other: Dimension): boolean {
   return one.every((exponent, at) => exponent === other[at]);
 }
 
-/** Parses a unit: `kg.m^2/s`, `N*m`, `m/s2`, `1/s`. All factors after a slash divide. Returns null for an unknown unit. */
+/** Parses a unit: `kg.m^2/s`, `N*m`, `m/s2`, `1/s`. All factors after a slash are in the denominator. Returns null for an unknown unit. */
 function unitOf(text: string): Unit | null {
   let [multiply, divide] = [1, 1];
   const dimension = [0, 0, 0, 0, 0, 0, 0, 0];

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // Alternative units: `rad|m` belongs to a port that serves revolute and prismatic joints alike.
 
-/** Returns the units of a choice; for any other unit, the unit alone. */
+/** Splits a choice into its units; any other unit is returned as the only element. */
 export function choices(unit: string): string[] {
   return unit.split("|");
 }
 
-/** Formats a unit for people: `rad|m` becomes "rad or m", which depends on the joint. */
+/** Formats a unit for display: `rad|m` becomes "rad or m", which depends on the joint. */
 export function unitText(unit: string | null | undefined): string {
   return unit ? choices(unit).join(" or ") : "";
 }
 
-/** Returns whether two units are compatible: they share a choice, or one of them is not given. */
+/** Returns whether two units are compatible: they have a unit in common, or one of them is unspecified. */
 export function unitsAgree(one: string, other: string): boolean {
   return !one || !other || choices(one).some((unit) => choices(other).includes(unit));
 }

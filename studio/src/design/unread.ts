@@ -8,7 +8,7 @@ export interface UnreadField {
   wrong: string;
 }
 
-/** Receives a field with invalid text, or null when its text is valid again or the field is removed. */
+/** Callback that receives a field with invalid text, or null when its text is valid again or the field is removed. */
 export const Unread = createContext<((id: string, field: UnreadField | null) => void) | null>(null);
 
 /** Returns the fields within a provider that have invalid text, in the order in which they became invalid. */

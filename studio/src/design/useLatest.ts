@@ -2,8 +2,8 @@
 import { type RefObject, useRef } from "react";
 
 /**
- * Returns a reference to the value of the latest render, for code that continues after an answer. The value at the time of the request
- * is out of date by then; writing it back would discard later changes.
+ * Returns a reference to the value of the latest render, for code that continues after an asynchronous answer. By then, the value at the
+ * time of the request is outdated, and writing it back would discard later changes.
  */
 export function useLatest<T>(value: T): RefObject<T> {
   const latest = useRef(value);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blocks and spans of the docs' Markdown that the help shows: without images and comments.
 
-/** Block of a page. */
+/** Block element of a page. */
 export type Block =
   | { kind: "heading"; level: number; text: string }
   | { kind: "text"; text: string }
@@ -9,13 +9,13 @@ export type Block =
   | { kind: "table"; head: string[]; rows: string[][] }
   | { kind: "code"; text: string };
 
-/** Span of a line. A link to another page of the docs is reduced to its text, because the help has no other pages. */
+/** Inline span of a line. A link to another page of the docs is reduced to its text, because the help shows only one page. */
 export interface Span {
   kind: "plain" | "code" | "strong" | "emphasis";
   text: string;
 }
 
-/** Parses a page of the docs into blocks. */
+/** Parses a page of the docs into block elements. */
 export function blocksOf(page: string): Block[] {
   const lines = page.replace(/<!--[\s\S]*?-->/g, "").split("\n");
   const blocks: Block[] = [];
@@ -78,7 +78,7 @@ function cellsOf(row: string): string[] {
   return cells.map((cell) => cell.trim().replaceAll("\\|", "|"));
 }
 
-/** Splits a line into spans. */
+/** Splits a line into inline spans. */
 export function spansOf(text: string): Span[] {
   const spans: Span[] = [];
   const found = text.replace(/\[([^\]]*)\]\([^)]*\)/g, "$1").matchAll(/`([^`]+)`|\*\*([^*]+)\*\*|\*([^*\s][^*]*)\*|([^`*]+|[`*])/g);
@@ -93,7 +93,7 @@ export function spansOf(text: string): Span[] {
   return spans;
 }
 
-/** Returns the section under a heading, without the heading, up to the next heading of its level. */
+/** Returns the section under a heading, without the heading, up to the next heading of the same level. */
 export function sectionOf(blocks: Block[], title: string): Block[] {
   const from = blocks.findIndex((block) => block.kind === "heading" && block.text === title);
   const heading = blocks[from];

@@ -4,7 +4,7 @@ import type { Reading } from "../control/shapes";
 import { useControl, useTopic } from "../shell/context";
 import { isStored } from "./stored";
 
-/** Age of the newest of these values: "12 s old", or that there is none. Used for values that are not being renewed. */
+/** Age of the latest of these values, "12 s old", or a note that there is none. Used for values that are no longer updated. */
 export function Age(props: { of: string[] }) {
   const control = useControl();
   const now = useTopic(control.topics.statistics);

@@ -7,14 +7,14 @@ import { useForce } from "./forced";
 import { isStored } from "./stored";
 
 /**
- * The present value of an SVV or private cell, written into the page without React. Shows `–` before the first value; if the system does
- * not know the name, the title states the reason.
+ * The current value of an SVV or private cell, written into the page without React. Shows `–` before the first value; if the system does
+ * not have the name, the title gives the reason.
  */
 export function LiveValue(props: {
   name: string;
   type_text?: string | undefined;
   unit?: string | null | undefined;
-  /** Display of a value that was never stored: the initial value in grey, or no value. */
+  /** Display of a value that has never been stored: as the initial value in grey, or as no value. */
   initial?: "grey" | "none";
 }) {
   const control = useControl();

@@ -4,14 +4,14 @@ import type { Reading } from "../control/shapes";
 import type { Values, Watcher } from "../control/source";
 import type { Stream } from "../control/stream";
 
-/** Periods of values, ms: for values to be read, and for motion. */
+/** Update intervals of values, ms: for values to be read by a person, and for motion. */
 export const READ_MS = 100;
 export const MOVE_MS = 33;
 
 /**
- * The present values of SVVs and private cells, outside React: a changed value costs one write to one element.
+ * The current values of SVVs and private cells, outside React, so that a changed value costs one write to one element.
  *
- * All values watched at one rate share one subscription of the stream. Names that the system does not know are left out of it and
+ * All values watched at one rate share one subscription of the stream. Names that do not exist in the system are left out of it and
  * reported to their watchers.
  */
 export class LiveValues implements Values {
@@ -28,7 +28,7 @@ export class LiveValues implements Values {
     return (every_ms <= MOVE_MS ? this.#move : this.#read).watch(name, watcher);
   }
 
-  /** Returns the latest value received, if it is watched. */
+  /** Returns the latest value received, if the value is being watched. */
   latest(name: string): Reading | undefined {
     return this.#read.latest(name) ?? this.#move.latest(name);
   }
@@ -44,7 +44,7 @@ export class LiveValues implements Values {
     this.#move.forget();
   }
 
-  /** Requests unknown names again, because something was installed. */
+  /** Requests names again that were unknown, because an installation may have added them. */
   renew(): void {
     this.#read.renew();
     this.#move.renew();

@@ -7,12 +7,12 @@ import { Acknowledge, AcknowledgeAll, AlarmTable, AlarmTags, inOrder } from "./A
 import { useLive, useWatched } from "./context";
 import { addressOf } from "./route";
 
-/** Returns the alarm that is shown first. */
+/** Returns the alarm to be shown first. */
 export function foremost(alarms: readonly Alarm[]): Alarm | null {
   return inOrder(alarms)[0] ?? null;
 }
 
-/** The alarms of the running system, in every view: the most urgent one with its severity and state, and all of them on request. */
+/** The alarms of the running system, shown in every view: the most urgent alarm with its severity and state, and all alarms on request. */
 export function AlarmBar() {
   const control = useLive();
   const list = useId();
@@ -55,7 +55,7 @@ export function AlarmBar() {
   );
 }
 
-/** Reports the number of shelved alarms, with a link to them. */
+/** Shows the number of shelved alarms, with a link to them. */
 function ShelvedNote(props: { count: number }) {
   if (props.count === 0) return null;
   return (

@@ -8,7 +8,7 @@ import { Refusals, Tag, type Tone } from "../design/parts";
 import { useAction } from "./context";
 import { Shelve } from "./Shelving";
 
-/** States of an alarm that require a person's attention, in the terms of ISA-18.2. */
+/** States of an alarm that require a person's attention, in ISA-18.2 terminology. */
 export type AlarmState = "active" | "acknowledged" | "returned";
 
 export function stateOf(alarm: Alarm): AlarmState {
@@ -22,7 +22,7 @@ const MEANS: Record<AlarmState, string> = {
   returned: "returned to normal, unacknowledged: its cause is gone, but nobody has acknowledged it",
 };
 
-/** Colour and shape of each severity; either alone suffices to distinguish them. */
+/** Colour and shape of each severity; either of them suffices to distinguish severities. */
 export const MARKS: Record<Severity, { tone: Tone; shape: string }> = {
   low: { tone: "plain", shape: "M5 1.5a3.5 3.5 0 1 0 .01 0z" },
   medium: { tone: "warn", shape: "M5 .5 9.5 5 5 9.5.5 5z" },
@@ -30,7 +30,7 @@ export const MARKS: Record<Severity, { tone: Tone; shape: string }> = {
   critical: { tone: "critical", shape: "M1 1h8v8H1z" },
 };
 
-/** Severity and state of an alarm as words, the severity also as a shape. */
+/** Severity and state of an alarm in words; the severity also as a shape. */
 export function AlarmTags(props: { of: Alarm }) {
   const state = stateOf(props.of);
   const { tone, shape } = MARKS[props.of.severity];
@@ -49,7 +49,7 @@ export function AlarmTags(props: { of: Alarm }) {
   );
 }
 
-/** Button that acknowledges one alarm; empty if it is already acknowledged, or may not be acknowledged here. */
+/** Button that acknowledges one alarm; empty if the alarm has already been acknowledged, or may not be acknowledged here. */
 export function Acknowledge(props: { of: Alarm; from: Source }) {
   const { of, from } = props;
   const action = useAction();
@@ -70,7 +70,7 @@ export function Acknowledge(props: { of: Alarm; from: Source }) {
   );
 }
 
-/** Button that acknowledges all alarms at once. */
+/** Button that acknowledges all alarms. */
 export function AcknowledgeAll(props: { of: readonly Alarm[]; from: Source }) {
   const { of, from } = props;
   const action = useAction();
@@ -91,8 +91,8 @@ export function AcknowledgeAll(props: { of: readonly Alarm[]; from: Source }) {
 }
 
 /**
- * Alarms, one per line, the most urgent first: severity, state, code, source and text, wall-clock and system time, and a button to
- * acknowledge.
+ * Alarms, one per line, most urgent first: severity, state, code, source and text, wall-clock and system time, and a button to
+ * acknowledge the alarm.
  */
 export function AlarmTable(props: { of: readonly Alarm[]; from: Source }) {
   return (
@@ -122,7 +122,7 @@ export function AlarmTable(props: { of: readonly Alarm[]; from: Source }) {
 
 const RANKS: Severity[] = ["low", "medium", "high", "critical"];
 
-/** Sorts alarms by urgency: unacknowledged before acknowledged, active before returned, the most severe first, then the newest. */
+/** Sorts alarms by urgency: unacknowledged before acknowledged, active before returned, most severe first, then latest first. */
 export function inOrder(alarms: readonly Alarm[]): Alarm[] {
   const ranks = (alarm: Alarm) => [
     Number(!alarm.acknowledged),

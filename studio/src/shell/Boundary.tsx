@@ -3,7 +3,7 @@ import { Component, type ReactNode } from "react";
 import { refusalsOf } from "../control/refusals";
 import { Refusals } from "../design/parts";
 
-/** Shows the error of a failed view in its place; the rest of the page continues to work. */
+/** Shows the error of a failed view in place of the view, so that the rest of the page keeps working. */
 export class Boundary extends Component<{ children: ReactNode }, { failure: unknown }> {
   override state: { failure: unknown } = { failure: null };
 

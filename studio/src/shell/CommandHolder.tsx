@@ -6,7 +6,10 @@ import { Refusals } from "../design/parts";
 import { RequestForm } from "./CommandRequests";
 import { useAction, useLive, useWatched } from "./context";
 
-/** Returns the instances that are running although no session commands: a program, or a session that has left, started them. */
+/**
+ * Returns the instances that are running although no session has command: they were started by a program, or by a session that has
+ * ended.
+ */
 export function moving(now: Statistics | null): string[] {
   return (now?.instances ?? []).filter((one) => one.state === "running" && one.owner === null).map((one) => one.name);
 }
@@ -17,7 +20,7 @@ export function commanderOf(holder: string | null, person: string | null, own: s
   return holder === own ? "this page" : (person ?? holder);
 }
 
-/** Holder of command. The first command takes it; here it can be given back, requested, or taken from another session. */
+/** Holder of command. The first command given on the page takes it; here it can be released, requested, or taken from another session. */
 export function CommandHolder(props: { now: Statistics | null }) {
   const control = useLive();
   const state = useWatched(control.command.state);
@@ -63,7 +66,7 @@ export function CommandHolder(props: { now: Statistics | null }) {
   );
 }
 
-/** A session by name, with the name of its person if it was entered. */
+/** A session's name, with the name of its person if one was entered. */
 function Named(props: { name: string; person: string | null }) {
   return props.person === null ? (
     <span>{props.name}</span>

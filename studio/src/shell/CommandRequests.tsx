@@ -5,7 +5,7 @@ import type { AskingSession, Holder } from "../control/shapes";
 import { Refusals } from "../design/parts";
 import { useAction, useLive, useWatched } from "./context";
 
-/** Form for the name of the person who requests command, and the reason. */
+/** Form for entering the name of the person who requests command, and the reason. */
 export function RequestForm(props: { done: () => void }) {
   const control = useLive();
   const action = useAction();
@@ -43,7 +43,10 @@ export function RequestForm(props: { done: () => void }) {
   );
 }
 
-/** Requests for command, over the full width: those of others if this page commands, its own while pending, and its outcome. */
+/**
+ * Requests for command, over the full width: requests by others if this page has command, its own pending request, and the outcome of
+ * that request.
+ */
 export function CommandRequests() {
   const control = useLive();
   const state = useWatched(control.command.state);
@@ -70,7 +73,7 @@ export function CommandRequests() {
 
 type SettledRequest = Holder["settled"][number];
 
-/** Returns the last settled request of a session, unless it was dismissed. */
+/** Returns the latest settled request of a session, unless it was dismissed. */
 export function settledOf(state: Holder, name: string, seen: number): SettledRequest | null {
   const last = state.settled.findLast((one) => one.name === name);
   return last && last.number > seen && last.by !== name ? last : null;

@@ -5,17 +5,17 @@ import type { Statistics } from "../control/shapes";
 import { Refusals } from "../design/parts";
 import { useAction, useLive } from "./context";
 
-/** Time within which the page reports whether a press was heard, ms. */
+/** Time within which the page reports whether the system has received a press, ms. */
 const HEARD_WITHIN_MS = 250;
-/** Time limit of one try, and the wait before the next one, ms. */
+/** Time limit of one attempt, and the wait before the next one, ms. */
 const TRY_MS = 1000;
 const AGAIN_MS = 200;
-/** Time for which the button shows that it was heard, ms. */
+/** Time for which the button shows that the press was received, ms. */
 const SAY_MS = 3000;
 
 /**
- * `unheard`: no answer has arrived in time, and the request is repeated until one does. `refused`: the system has answered, but does not
- * stop.
+ * `unheard`: no answer has arrived in time, and the request is repeated until one arrives. `refused`: the system has answered, but does
+ * not stop.
  */
 export type Hearing = "none" | "asked" | "heard" | "unheard" | "refused";
 
@@ -24,11 +24,11 @@ export interface Press {
   hearing: Hearing;
   refusals: Refusal[];
   press: () => void;
-  /** Dismisses its message, and stops repeating the request. */
+  /** Dismisses the message about the press, and stops repeating the request. */
   putAway: () => void;
 }
 
-/** Returns whether the next try would get the same answer. A lack of capacity, or the answer of a proxy, may be temporary. */
+/** Returns whether the next attempt would get the same answer. A lack of capacity, or an answer from a proxy, may be temporary. */
 function isFinal(status: number): boolean {
   return status >= 400 && status < 500 && status !== 408 && status !== 429;
 }
@@ -99,7 +99,8 @@ const SAID: Record<Hearing, string> = {
 };
 
 /**
- * The button of the emergency stop: one press, without confirmation or command. It has the same position in every view, state and width.
+ * Emergency stop button. Requires a single press, without confirmation or command, and has the same position in every view, state and
+ * window width.
  */
 export function EmergencyStop(props: { press: Press }) {
   const control = useLive();
@@ -118,8 +119,8 @@ export function EmergencyStop(props: { press: Press }) {
 }
 
 /**
- * A press that the system has not heard, or has refused, shown above everything else until it is heard or dismissed. It does not shift
- * other elements.
+ * Message about a press that the system has not received or has refused. It is shown above everything else until the press is received
+ * or the message is dismissed, and does not shift other elements.
  */
 export function StopUnheard(props: { press: Press }) {
   const { hearing, refusals, putAway } = props.press;
@@ -141,7 +142,7 @@ export function StopUnheard(props: { press: Press }) {
   );
 }
 
-/** The cause of the latched emergency stop, and its reset. */
+/** The cause of the latched emergency stop, and controls to reset it. */
 export function Stopped(props: { now: Statistics | null }) {
   const control = useLive();
   const action = useAction();

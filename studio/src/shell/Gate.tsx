@@ -8,10 +8,10 @@ import { Axis, AxisContext } from "./axis";
 import { ControlContext, SourceContext } from "./context";
 import { Shell } from "./Shell";
 
-/** Period at which a system that does not answer is tried again, ms. */
+/** Interval between connection attempts if the system does not answer, ms. */
 const AGAIN_MS = 2000;
 
-/** Connects to the system before the studio is shown. Without a valid token, explains where to get one. */
+/** Connects to the system before the studio is shown. If there is no valid token, explains where to get one. */
 export function Gate(props: { token: string | null }) {
   const [token, setToken] = useState(props.token);
   const [control, setControl] = useState<Control | null>(null);

@@ -5,7 +5,7 @@ import type { View } from "./views";
 // The docs are loaded on first use.
 const Help = lazy(() => import("../help/Help"));
 
-/** Button that opens the docs of the present view next to it. */
+/** Button that opens the docs of the current view next to it. */
 export function HelpButton(props: { view: View | undefined }) {
   const { view } = props;
   const page = useRef<HTMLDialogElement>(null);

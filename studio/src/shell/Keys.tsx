@@ -73,7 +73,7 @@ export function Keys() {
   );
 }
 
-/** Returns whether keys are text input for the target. */
+/** Returns whether the target accepts keys as text input. */
 function isWritten(target: EventTarget | null): boolean {
   return target instanceof HTMLElement && (target.isContentEditable || /^(INPUT|TEXTAREA|SELECT)$/.test(target.tagName));
 }

@@ -3,7 +3,7 @@ import type { Mode, Statistics } from "../control/shapes";
 import { Refusals } from "../design/parts";
 import { useAction, useLive } from "./context";
 
-/** The mode of the cell, and pausing of its program. */
+/** The mode of the cell, and controls for pausing its program. */
 export function ModeAndPause(props: { now: Statistics | null }) {
   const control = useLive();
   const action = useAction();

@@ -6,7 +6,7 @@ import { addressOf } from "./route";
 import { ThemeSwitch } from "./ThemeSwitch";
 import { views } from "./views";
 
-/** Links to the views. The present one is scrolled into view if the window is too small for all. */
+/** Links to the views. The link to the current view is scrolled into view if the window is too small for all links. */
 export function Navigation(props: { present: string }) {
   const links = useRef<HTMLUListElement>(null);
   // biome-ignore lint/correctness/useExhaustiveDependencies: another view has another link

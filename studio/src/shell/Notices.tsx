@@ -5,7 +5,7 @@ import { watchAim } from "./aim";
 /** Time for which a refused press is reported, ms. */
 const TOLD_MS = 4000;
 
-/** Area for messages, in every view. Its height is fixed, so that nothing below it moves; longer content unfolds over the view. */
+/** Area for messages, in every view. Its height is fixed, so that nothing below it moves; longer contents unfold over the view. */
 export function Notices(props: { children: ReactNode }) {
   const content = useRef<HTMLDivElement>(null);
   const [isMore, setMore] = useState(false);
@@ -37,7 +37,7 @@ export function Notices(props: { children: ReactNode }) {
   );
 }
 
-/** Refuses and reports presses that would hit a control other than the one aimed at. */
+/** Refuses and reports presses that would hit a control other than the one at which the person aimed. */
 export function Aim() {
   const [count, setCount] = useState(0);
   useEffect(() => watchAim(() => setCount((before) => before + 1)), []);

@@ -7,7 +7,7 @@ import { count, percent } from "../design/numbers";
 import { Refusals, Tag } from "../design/parts";
 import { useAction, useLive, useWatched } from "./context";
 
-/** Replay of the recording by the system: every value is compared, and the first difference is marked on the axis. */
+/** Replay of the recording by the system, which compares every value; the first difference is marked on the time axis. */
 export function Replay(props: { of: Recording }) {
   const { of } = props;
   const live = useLive();

@@ -3,7 +3,7 @@ import type { Report } from "../control/shapes";
 import { seconds, valueText } from "../design/numbers";
 import { Tag } from "../design/parts";
 
-/** The end report of one start: the condition, its time and place, and the returned values. */
+/** The end report of one start: the condition, where and when it occurred, and the returned values. */
 export function ReportTable(props: { of: Report }) {
   const { of } = props;
   const rows: [string, string][] = [

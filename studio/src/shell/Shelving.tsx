@@ -8,7 +8,7 @@ import { clockText } from "../design/numbers";
 import { Panel, Refusals, Tag } from "../design/parts";
 import { useAction } from "./context";
 
-/** Offered durations, min. */
+/** Durations offered for shelving, min. */
 const OFFERED: [number, string][] = [
   [15, "15 min"],
   [60, "1 h"],
@@ -17,7 +17,7 @@ const OFFERED: [number, string][] = [
 ];
 const MINUTE_NS = 60_000_000_000;
 
-/** Shelves one alarm, with a form for the reason and the duration. */
+/** Shelves one alarm, using a form for the reason and the duration. */
 export function Shelve(props: { of: Alarm; from: Source }) {
   const { of, from } = props;
   const [isOpen, setOpen] = useState(false);
@@ -78,7 +78,7 @@ export function leftText(left_s: number): string {
   return `${(left_s / 3600).toFixed(1)} h`;
 }
 
-/** The shelved alarms: by whom, why, and for how much longer. */
+/** The shelved alarms: who shelved each, why, and how long it remains shelved. */
 export function ShelvedAlarms(props: { of: readonly Alarm[]; from: Source; now_s: number }) {
   const { of, from, now_s } = props;
   if (of.length === 0) return null;

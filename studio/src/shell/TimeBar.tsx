@@ -14,7 +14,7 @@ const RATES = [0.01, 0.1, 0.25, 0.5, 1, 2, 5, 10, 60];
 /** Number of slider steps over the whole recording. */
 const STEPS = 100_000;
 
-/** Time shown by the views: live, paused, or at the cursor of a recording. */
+/** Time that the views show: live, paused, or at the cursor of a recording. */
 export function TimeBar() {
   const axis = useAxis();
   const live = useLive();
@@ -110,7 +110,7 @@ function Recorded(props: { axis: Axis; of: Recording }) {
   );
 }
 
-/** The first difference of the replay on the slider, whose thumb stays half its width away from both ends. */
+/** Mark of the replay's first difference on the slider. The centre of the slider's thumb stays half a thumb width away from both ends. */
 function Mark(props: { part: number; differs: Differs }) {
   const { signal, recorded, replayed } = props.differs;
   const left = `calc(8px + (100% - 16px) * ${Math.min(1, Math.max(0, props.part))})`;

@@ -15,8 +15,8 @@ import { Aim, Notices } from "./Notices";
 import { TimeBar } from "./TimeBar";
 
 /**
- * Always visible: system, connection, commander, mode and pause, alarms, emergency stop. In a narrow window, commander and mode are one
- * line, and their controls and those of the clock unfold.
+ * Bar that is always visible: system, connection, commander, mode and pause, alarms, emergency stop. In a narrow window, commander and
+ * mode are combined on one line, and their controls and those of the clock unfold.
  */
 export function TopBar() {
   const control = useLive();
@@ -67,7 +67,7 @@ export function TopBar() {
   );
 }
 
-/** Holder of command, after anything unusual: summary of command, mode and pause while they are folded in a narrow window. */
+/** Summary of command, mode and pause while these are folded in a narrow window: first anything unusual, then the holder of command. */
 function Summary(props: { now: Statistics | null }) {
   const control = useLive();
   const { holder, person } = useWatched(control.command.state);
@@ -89,7 +89,7 @@ function Heard() {
   return <Tag tone={connection === "connecting" ? "plain" : "bad"}>{SAID[connection]}</Tag>;
 }
 
-/** Warning of a lost connection over the full width: nothing on the page is current. */
+/** Warning over the full width that the connection is lost, so that nothing on the page is current. */
 function Unheard() {
   const control = useLive();
   const connection = useWatched(control.stream.connection);
@@ -114,7 +114,7 @@ function Unheard() {
   );
 }
 
-/** Notice that the system has restarted: the page's information is from an earlier run. */
+/** Notice that the system has restarted, so that the page's information is from an earlier run. */
 function Restarted() {
   const control = useLive();
   const restarts = useWatched(control.restarts);
@@ -130,7 +130,7 @@ function Restarted() {
   );
 }
 
-/** Returns the age of the newest known state of the system, ms, while it is shown. */
+/** Returns the age of the last known state of the system, ms, as long as it is shown. */
 function useAge(isLooked: boolean): number {
   const control = useLive();
   const [age_ms, setAge] = useState(0);

@@ -8,7 +8,7 @@ import { runAt, runUntil } from "./virtual";
 
 const RATES = [0.01, 0.1, 0.25, 0.5, 1, 2, 5, 10];
 
-/** The virtual clock of the system, advanced from the page: by one firing, at a rate, or until a verb reports a condition. */
+/** The system's virtual clock, which the page advances by one firing, at a rate, or until a verb reports a condition. */
 export function VirtualClock() {
   const live = useLive();
   const action = useAction();

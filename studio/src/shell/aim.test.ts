@@ -23,7 +23,7 @@ test("a control that was drawn anew is the same one", () => {
   expect(isAside(other, "BUTTON Home", 50, 20, before)).toBe(false);
 });
 
-/** Folders in which a press commands but does not move anything: it enters a definition, or begins or ends a recording. */
+/** Folders in which a press gives a command but does not move any machine: it registers a definition, or starts or ends a recording. */
 const MOVES_NOTHING = ["views/flow/edit/", "views/recordings/"];
 
 test("each control that commands is guarded", () => {

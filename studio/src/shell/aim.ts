@@ -2,15 +2,15 @@
 // Guards presses against a changing page: a press of a commanding control is refused if a different control was under the finger when it
 // was aimed. The emergency stop is not guarded: it never moves, and nothing ever covers it.
 
-/** Time before a press at which it is aimed, ms; sampling period of the positions of all controls, ms; number of samples kept. */
+/** Time before a press during which a person aims, ms; sampling period of the positions of all controls, ms; number of samples kept. */
 const AIMED_MS = 100;
 const LOOK_MS = 50;
 const KEPT = 6;
-/** Time after the person scrolls, resizes the window or switches views during which no press is refused, ms. */
+/** Time after a person scrolls, resizes the window or switches views, during which no press is refused, ms. */
 const OWN_MS = 200;
 
 const CONTROLS = "button, a[href], input, select, summary";
-/** Attribute of elements whose controls command the system. A press of any other control can be undone by the next one. */
+/** Selector of elements whose controls command the system. A press of any other control can be undone. */
 const COMMANDING = "[data-commands]";
 
 /** A control, and its position in a sample. */
@@ -20,14 +20,17 @@ export interface Spot {
   box: { left: number; top: number; right: number; bottom: number };
 }
 
-/** Returns whether a press at a point hits a control other than the one at that point in the sample `before`. */
+/** Returns whether a press at a point hits a control other than the one that was at this point in the sample `before`. */
 export function isAside(control: Element, name: string, x: number, y: number, before: readonly Spot[]): boolean {
   const there = before.filter(({ box }) => x >= box.left && x < box.right && y >= box.top && y < box.bottom);
   // React may have recreated the element: under the same name it is the same control to a person.
   return there.length > 0 && !there.some((one) => one.control === control || one.name === name);
 }
 
-/** Guards the presses of all commanding controls until the returned function is called. Calls `refused` for each press that it refuses. */
+/**
+ * Guards all commanding controls against misdirected presses until the returned function is called. Calls `refused` for each press that
+ * it refuses.
+ */
 export function watchAim(refused: () => void): () => void {
   const samples: { time: number; spots: Spot[] }[] = [];
   let moved = Number.NEGATIVE_INFINITY;

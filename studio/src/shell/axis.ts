@@ -6,14 +6,14 @@ import type { Source } from "../control/source";
 import { stillOf } from "../control/still";
 import { WatchedValue } from "../control/watched";
 
-/** Period at which the cursor of a playing recording moves, ms. */
+/** Interval at which the cursor of a playing recording moves, ms. */
 const STEP_MS = 40;
 
-/** The common time axis: all views show the running system, the paused system, or a recording at its cursor. */
+/** The common time axis of all views, which show the running system, the paused system, or a recording at its cursor. */
 export class Axis {
   readonly live: Control;
   readonly source: WatchedValue<Source>;
-  /** Playback speed of the recording, in multiples of the original; null if it is not playing. */
+  /** Playback speed of the recording, as a multiple of real time; null if it is not playing. */
   readonly playing = new WatchedValue<number | null>(null);
   #player: ReturnType<typeof setInterval> | undefined;
 
@@ -48,7 +48,7 @@ export class Axis {
     return recording;
   }
 
-  /** Plays the recording at a rate; null stops it. */
+  /** Plays the recording at a rate; null stops playback. */
   play(rate: number | null): void {
     clearInterval(this.#player);
     const recording = this.recording;

@@ -3,7 +3,7 @@ import { useEffect, useState } from "react";
 import type { Configuration } from "../control/shapes";
 import { useControl, useTopic } from "./context";
 
-/** Returns processors, sources, devices and their types. They are read again when devices or sources are added or removed. */
+/** Returns processors, sources, devices and their types. Reads them again when devices or sources are added or removed. */
 export function useConfiguration(): Configuration | null {
   const control = useControl();
   const now = useTopic(control.topics.statistics);

@@ -8,7 +8,7 @@ import type { WatchedValue } from "../control/watched";
 export const ControlContext = createContext<Control | null>(null);
 export const SourceContext = createContext<Source | null>(null);
 
-/** Returns the running system itself, for elements common to all views, and for actions. */
+/** Returns the running system itself, for elements that all views share, and for actions. */
 export function useLive(): Control {
   const control = useContext(ControlContext);
   if (!control) throw new Error("this part of the page has no connected system");
@@ -22,7 +22,7 @@ export function useControl(): Source {
   return source;
 }
 
-/** Returns the present value of a watched value; the component is rendered again when it changes. */
+/** Returns the current value of a watched value; the component is rendered again when the value changes. */
 export function useWatched<T>(watched: WatchedValue<T>): T {
   return useSyncExternalStore(watched.watch, watched.get);
 }
@@ -32,7 +32,7 @@ export function useTopic<T>(shared: Topic<T>): T | null {
   return useSyncExternalStore(shared.watch, shared.get);
 }
 
-/** An action that a person starts: whether it is busy, and the refusals to be shown next to its button. */
+/** An action that a person starts, with its state (busy or not) and the refusals to be shown next to its button. */
 export interface Action {
   busy: boolean;
   refusals: Refusal[];

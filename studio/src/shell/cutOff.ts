@@ -3,8 +3,8 @@ import { useEffect } from "react";
 import { useLive } from "./context";
 
 /**
- * Asks for confirmation before a page with running instances closes. A closed page is a programming system that is cut off: the
- * instances that it has started are halted, unless their verbs say otherwise.
+ * Asks for confirmation before a page with running instances closes. Closing the page cuts off its programming system: the instances
+ * that it has started are halted, unless their verbs specify otherwise.
  */
 export function useCutOffWarning(): void {
   const control = useLive();

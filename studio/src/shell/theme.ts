@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { WatchedValue } from "../control/watched";
 
-/** Light or dark, from the operating system or from the switch. */
+/** Theme, set by the operating system or by the switch. */
 export type Theme = "system" | "light" | "dark";
 
 const KEY = "opengpac.theme";

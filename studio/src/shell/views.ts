@@ -7,7 +7,7 @@ export interface View {
   title: string;
   /** Description of the view, for the tooltip. */
   about: string;
-  /** True if the view is shown without the navigation, which does not list it. */
+  /** True if the view is shown without the navigation, and not listed there. */
   alone?: boolean;
   part: LazyExoticComponent<ComponentType>;
 }

@@ -5,7 +5,10 @@ import type { LogEntry } from "../control/shapes";
 
 type Clock = Pick<Control, "order" | "look">;
 
-/** Real time between two advances of a clock that runs at a rate, ms, and the maximum real time that one advance makes up for, ms. */
+/**
+ * First the real-time interval between two advances of a clock that runs at a rate, and then the maximum real time that one advance
+ * makes up for, ms.
+ */
 const MOVE_MS = 40;
 const MOVE_MAX_MS = 200;
 
@@ -22,7 +25,7 @@ export async function runAt(clock: Clock, rate: () => number, signal: AbortSigna
 }
 
 /**
- * Returns whether an entry of the log is a condition with all of these words in its instance or text; without words, any condition
+ * Returns whether a log entry is a condition with all of these words in its instance or text; if no words are given, any condition
  * matches.
  */
 export function isCondition(entry: LogEntry, words: string): boolean {
@@ -35,8 +38,8 @@ export function isCondition(entry: LogEntry, words: string): boolean {
 }
 
 /**
- * Runs firing by firing until one of them reports a matching condition, and stops after that firing. Returns the entry of the log; null
- * if there are no further firings or `signal` aborts it. Throws `RefusalError`.
+ * Runs firing by firing until a firing reports a matching condition, and stops after that firing. Returns the log entry, or null if
+ * there are no further firings or `signal` aborts the run. Throws `RefusalError`.
  */
 export async function runUntil(clock: Clock, words: string, signal: AbortSignal): Promise<LogEntry | null> {
   let since = await behind(clock);
@@ -50,7 +53,7 @@ export async function runUntil(clock: Clock, words: string, signal: AbortSignal)
   return null;
 }
 
-/** Returns the number of the next entry. */
+/** Returns the number that the next log entry will have. */
 async function behind(clock: Clock): Promise<number> {
   return ((await clock.look("log", {})).at(-1)?.sequence ?? -1) + 1;
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Alarms.
+//! Calls for alarms.
 use crate::calls::PROGRAM;
 use crate::sure;
 use supervisor::{Alarm, AlarmList, AlarmText, ShelvingRequest};
 
 crate::calls! {
-    /// Alarms.
+    /// Calls for alarms.
     pub(super) const ALARMS about "alarms" = [
         /// Defines the text of an alarm code.
         Configure define_alarm(must code: String, whole said: AlarmText) -> (): commands("code"), replaces(&["code"])
@@ -24,11 +24,10 @@ crate::calls! {
         /// Returns the current alarms, the shelved ones, and the history.
         Observe alarms() -> AlarmList
             => |system| sure(system.alarms());
-        /// Acknowledges one alarm, or all that are not shelved. Returns the number of newly acknowledged alarms.
+        /// Acknowledges one alarm, or all alarms that are not shelved. Returns the number of newly acknowledged alarms.
         Operate acknowledge_alarms(may number: Option<u64>) -> usize: commands(""), told, free
             => |system| system.acknowledge_alarms(number);
-        /// Removes an alarm from the list for a limited time. Emergency stops, losses, and alarms of the severity critical cannot be
-        /// shelved.
+        /// Removes an alarm from the list for a limited time. Emergency stops, losses, and alarms of critical severity cannot be shelved.
         Operate shelve_alarm(
             must number: u64,
             /// Reason for the shelving.
@@ -46,7 +45,7 @@ crate::calls! {
             may who: Option<String>,
         ) -> bool: commands(""), told, free, signed("who")
             => |system| system.unshelve_alarm(number, who.as_deref().unwrap_or(PROGRAM));
-        /// Restores the alarm history of an earlier run.
+        /// Restores the alarm history from an earlier run.
         Configure restore_alarms(must history: Vec<Alarm>) -> (): commands(""), replaces(&[])
             => |system| system.restore_alarms(history);
     ];

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Arms: devices that move one tool.
+//! Calls for arms, that is, sets of joints that together move one tool.
 use crate::sure;
 use supervisor::ArmDescription;
 
 crate::calls! {
-    /// Arms, as programs describe them.
+    /// Calls for arms, as described by programs.
     pub(super) const ARMS about "arms" = [
-        /// Registers an arm, replacing the one of that name: its joints, and the geometry that connects them or the reason why it is
-        /// unknown.
+        /// Registers an arm, replacing any arm with the same name: its joints, and the geometry that connects them or the reason why it
+        /// is unknown.
         Configure describe_arm(whole arm: ArmDescription) -> (): commands("name"), replaces(&["name"])
             => |system| system.describe_arm(arm);
-        /// Returns the arms whose joints are all present.
+        /// Returns the arms whose joints all exist.
         Observe arms() -> Vec<ArmDescription>
             => |system| sure(system.arms());
     ];

@@ -9,36 +9,36 @@ use std::collections::BTreeMap;
 use supervisor::{ForcedSignal, Mode};
 
 crate::calls! {
-    /// The whole cell.
+    /// Calls that affect the whole cell.
     pub(super) const CELL about "cell" = [
-        /// Stops everything that moves, until `reset`.
+        /// Stops everything that moves, until `reset` is called.
         Operate emergency_stop(must reason: String) -> (): commands("reason"), told_of_system, outcome_journalled, stops_all, free
             => |system| system.emergency_stop(&reason);
-        /// Lets a channel of a device trip the emergency stop.
+        /// Makes a channel of a device trip the emergency stop.
         Configure emergency_stop_input(
             must device: String,
             must channel: String,
-            /// True if it trips at zero rather than at one.
+            /// True if the channel trips the emergency stop at zero rather than at one.
             may at_zero: bool,
         ) -> (): commands("device"), goes_with("delete_physical_device", "device"), watches
             => |system| system.emergency_stop_input(&device, &channel, at_zero);
         /// Resets the emergency stop, and reopens lost devices. Returns the devices that are still lost, with the reasons.
         Operate reset() -> BTreeMap<String, String>: commands(""), told, outcome_journalled, moves
             => |system| system.reset();
-        /// Suspends all actions on these logical devices, or on all devices, and waits until they are suspended. Returns the names of
-        /// these instances.
+        /// Suspends all actions on these logical devices, or on all devices, and waits until they are suspended. Returns the names of the
+        /// suspended instances.
         Operate pause(may devices: Option<Vec<String>>) -> Vec<String>: commands(""), told, outcome_journalled, lasts, stops, free
             => |system, slice| {
                 let (ids, names): (Vec<u64>, Vec<String>) = system.pause(devices.as_deref())?.into_iter().unzip();
                 until_paused(system, &ids, names, slice)
             };
-        /// Waits until these instances have stopped. Returns their names.
+        /// Waits until these instances are no longer running. Returns their names.
         Operate paused(must instances: Vec<u64>, must names: Vec<String>) -> Vec<String>: outcome_journalled, lasts, free
             => |system, slice| until_paused(system, &instances, names, slice);
         /// Ends a pause. Returns the names of the instances that resume or begin.
         Operate resume_program(may devices: Option<Vec<String>>) -> Vec<String>: commands(""), told, outcome_journalled, moves
             => |system| Ok::<_, crate::Refusals>(system.resume_program(devices.as_deref())?.into_iter().map(|(_, name)| name).collect::<Vec<_>>());
-        /// Returns "automatic" or "manual".
+        /// Returns the mode: "automatic" or "manual".
         Observe mode() -> Mode
             => |system| crate::sure(system.mode());
         /// Changes the mode.

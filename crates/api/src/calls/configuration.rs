@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processors, interrupt sources, physical devices.
+//! Calls for processors, interrupt sources and physical devices.
 use crate::answered::Outcome;
 use crate::effect::DriverArgument;
 use crate::waits::lasting;
@@ -12,22 +12,22 @@ use std::time::Duration;
 use supervisor::{InProcess, Location, Patience, PhysicalDeviceAbout, System, TakenOver};
 
 crate::calls! {
-    /// Processors, interrupt sources, physical devices.
+    /// Calls for processors, interrupt sources and physical devices.
     pub(super) const CONFIGURATION about "configuration" = [
         /// Creates a real-time processor.
         Configure processor(
             must name: String,
-            /// CPU core that the processor is bound to.
+            /// CPU core to which the processor is bound.
             may core: Option<usize>,
             /// true if the supervisor runs on the processor; by default it runs on the first one.
             may supervisor: bool,
-            /// true: a process of its own; a text: the process of that name.
+            /// True for its own process, or the name of a shared process.
             may process: InProcess,
             /// Name of a host that has joined the system.
             may host: Option<String>,
             /// Maximum time for which the process may hang before it counts as lost.
             may lost_after_ns: Option<u64>,
-            /// Maximum time for which the process may be without its supervisor.
+            /// Maximum time for which the process may be without a supervisor.
             may patience_ns: Option<u64>,
         ) -> (): commands("name")
             => |system| {
@@ -40,7 +40,7 @@ crate::calls! {
             must endpoint: String,
             /// Name of this host.
             must name: String,
-            /// File of the authority that signs the other hosts' certificates.
+            /// File of the certificate authority that signs the other hosts' certificates.
             may authority: Option<String>,
             may certificate: Option<String>,
             may key: Option<String>,
@@ -61,11 +61,11 @@ crate::calls! {
                 }
                 system.listen(&options.to_string())
             };
-        /// Takes over processes that lost a system of this name, and continues what runs in them; the system must be opened with "adopt":
-        /// true.
+        /// Takes over processes that lost a system with this name, and continues everything that runs in them; the system must be opened
+        /// with "adopt": true.
         Configure take_over() -> TakenOver: commands(""), unjournalled, moves
             => |system| system.take_over();
-        /// Creates an interrupt source of a processor.
+        /// Creates an interrupt source on a processor.
         Configure source(
             must processor: String,
             must name: String,
@@ -74,7 +74,7 @@ crate::calls! {
             /// Period of a timer.
             may period_ns: u64,
             must priority: u8,
-            /// Cost of a firing under the virtual clock.
+            /// Duration of a firing under the virtual clock.
             may virtual_cost_ns: u64,
         ) -> (): commands("name")
             => |system| system.source(&processor, &name, source_kind(&kind, period_ns)?, priority, virtual_cost_ns);
@@ -84,7 +84,7 @@ crate::calls! {
             must source: String,
         ) -> (): commands("source"), told
             => |system| system.request(&source);
-        /// Opens a device for a source. Returns its channels and parts.
+        /// Opens a device on a source. Returns its channels and parts.
         Configure physical_device(
             must processor: String,
             must name: String,
@@ -99,7 +99,7 @@ crate::calls! {
                 let options = Json::Object(options.unwrap_or_default());
                 system.physical_device(&processor, &name, &kind, &options, &source, place)
             };
-        /// Calls an acyclic service of a device's driver. Returns the answer of the service.
+        /// Calls an acyclic service of a device's driver. Returns the service's answer.
         Operate device_service(
             must device: String,
             /// Service declared by the driver, as listed by `configuration`.
@@ -111,8 +111,8 @@ crate::calls! {
                 let errand = system.service(&device, &service, Json::Object(arguments.unwrap_or_default()))?;
                 served(system, errand, slice)
             };
-        /// Searches the host of the system for devices that a driver could open, without moving anything. Returns a description of each,
-        /// and the options that open it.
+        /// Searches the host of the system for devices that a driver could open; does not move any machine. Returns a description of each
+        /// device, and the options that open it.
         Configure scan_devices(
             /// Name of the driver.
             must kind: String,
@@ -123,7 +123,7 @@ crate::calls! {
                 let errand = system.scan(&kind, Json::Object(options.unwrap_or_default()))?;
                 served(system, errand, slice)
             };
-        /// Waits for a service or search in progress. Returns the answer, only once.
+        /// Waits for a service or search in progress. Returns its answer, but only once.
         Operate device_served(must errand: u64) -> Option<Value>: lasts, free
             => |system, slice| served(system, errand, slice);
         /// Reopens a lost device with all its bindings.
@@ -132,7 +132,7 @@ crate::calls! {
         /// Closes a device.
         Configure delete_physical_device(must name: String) -> (): commands("name")
             => |system| system.delete_physical_device(&name);
-        /// Lets a channel of a device raise a source.
+        /// Makes a channel of a device raise a source.
         Configure raises(must device: String, must channel: String, must source: String, may place: Option<SourceLocation>) -> ():
             commands("device"), goes_with("delete_physical_device", "device")
             => |system| system.raise(&device, &channel, &source, place);
@@ -146,7 +146,7 @@ fn served(system: &System, errand: u64, slice: Duration) -> Result<Outcome<Optio
     Ok(lasting(system.served(errand, slice)?, None, "device_served", || json!({ "errand": errand })))
 }
 
-/// Returns the kind of an interrupt source by its name; a timer requires a period.
+/// Returns the kind of interrupt source with this name; a timer requires a period.
 fn source_kind(kind: &str, period_ns: u64) -> Result<SourceKind, Refusals> {
     match kind {
         "timer" => Ok(SourceKind::Timer { period_ns }),

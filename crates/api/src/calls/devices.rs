@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Logical devices.
+//! Calls for logical devices.
 use crate::effect::Effect;
 use crate::waits::{lasting, until};
 use model::refusal::SourceLocation;
@@ -8,20 +8,20 @@ use serde_json::json;
 use supervisor::{DeviceRequest, DeviceState};
 
 crate::calls! {
-    /// Logical devices.
+    /// Calls for logical devices.
     pub(super) const DEVICES about "logical devices" = [
         /// Creates a logical device with its own verb instance.
         Configure device(must name: String, whole request: DeviceRequest) -> (): commands("name"), goes_with("delete_device", "name")
             => |system| system.device(&name, request);
-        /// Starts a device's own verb. Returns the instance, or 0 if there is none. The device is enabled when the verb is ready.
+        /// Starts a device's own verb. Returns its instance, or 0 if there is none. The device is enabled when the verb is ready.
         Operate enable(must name: String) -> u64: commands("name"), told, journalled, moves, effect(Effect::EnablesDevice)
             => |system| system.enable(&name);
-        /// Waits until a device is enabled. Returns true if it is.
+        /// Waits until a device is enabled. Returns true if the device is enabled.
         Observe wait_enabled(
             must name: String,
             /// Timeout relative to the call, on the system's clock.
             may timeout_ns: Option<i64>,
-            /// Absolute time of the timeout, as an alternative.
+            /// Absolute deadline, as an alternative to the timeout.
             may until_ns: Option<i64>,
         ) -> bool: lasts
             => |system, slice| {
@@ -29,23 +29,23 @@ crate::calls! {
                 let waited = system.wait_enabled(&name, until_ns, slice)?;
                 Ok(lasting(waited, false, "wait_enabled", || json!({ "name": name, "until_ns": until_ns })))
             };
-        /// Ends the verbs that use a device, then its own; waits for their ends.
+        /// Ends the verbs that use a device, then the device's own verb, and waits until they have ended.
         Operate disable(must name: String) -> (): commands("name"), told, outcome_journalled, lasts, stops, free
             => |system, slice| Ok(lasting(system.disable(&name, slice)?, (), "disable", || json!({ "name": name })));
-        /// Replaces a device's own verb by another one, within one firing if the device is enabled.
+        /// Replaces a device's own verb with another one, within one firing if the device is enabled.
         Configure exchange_verb(must device: String, must verb: String, may place: Option<SourceLocation>) -> ():
             commands("device"), told, moves, replaces(&["device"]), goes_with("delete_device", "device")
             => |system| system.exchange_verb(&device, &verb, place);
         /// Deletes a device.
         Configure delete_device(must name: String) -> (): commands("name"), effect(Effect::DeletesDevice)
             => |system| system.delete_device(&name);
-        /// Returns "disabled", "enabling", "standstill", "moving", "stopping" or "fault".
+        /// Returns the state of a device: "disabled", "enabling", "standstill", "moving", "stopping" or "fault".
         Observe device_state(must name: String) -> DeviceState
             => |system| system.device_state(&name).map(DeviceState::named);
-        /// Returns the value of a parameter.
+        /// Returns the value of a device parameter.
         Observe device_parameter(must name: String, must parameter: String) -> Value
             => |system| system.device_parameter(&name, &parameter);
-        /// Sets a parameter.
+        /// Sets a device parameter.
         Operate set_device_parameter(must name: String, must parameter: String, must value: Value) -> ():
             commands("name"), told, journalled, moves, replaces(&["name", "parameter"]), goes_with("delete_device", "name")
             => |system| system.set_device_parameter(&name, &parameter, value);

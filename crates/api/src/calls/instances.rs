@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Verb instances.
+//! Calls for verb instances.
 use crate::arguments::CallArguments;
 use crate::calls::with_effect;
 use crate::effect::Effect;
@@ -14,7 +14,7 @@ use model::value::Value;
 use serde_json::json;
 use supervisor::{CommandSubject, InstanceAbout, InstanceState, Limits, Report, System};
 
-/// Parses the arguments of a call of a verb, and creates its instance.
+/// Parses the arguments of a verb call, and creates the instance.
 pub fn prepare<'a>(system: &'a System, arguments: &str) -> Result<PreparedVerb<'a>, Refusals> {
     let mut given = CallArguments::of(with_effect(Effect::PerformsVerb).name, arguments)?;
     let limits = given.may("limits")?;
@@ -22,12 +22,12 @@ pub fn prepare<'a>(system: &'a System, arguments: &str) -> Result<PreparedVerb<'
 }
 
 crate::calls! {
-    /// Verb instances.
+    /// Calls for verb instances.
     pub(super) const INSTANCES about "verb instances" = [
-        /// Plans an application without creating anything. Returns the plan.
+        /// Plans an application without creating an instance. Returns the plan.
         Observe check(whole application: Application) -> Plan: costs
             => |system| system.check(&application);
-        /// Calls a verb: creates an instance, starts it with the values of the application, waits until it has ended and deletes it.
+        /// Calls a verb: creates an instance, starts it with the values of the application, waits until it has ended, and deletes it.
         /// Returns its end report.
         Operate perform(
             may limits: Limits,
@@ -38,7 +38,7 @@ crate::calls! {
                 let command = with_effect(Effect::StartsInstance).command(CommandSubject::Instance(prepared.instance()));
                 system.as_program(&command, || prepared.start())?.completed(slice)
             };
-        /// Continues the call of a verb: waits until its instance has ended and deletes it. Returns its end report.
+        /// Continues a verb call: waits until its instance has ended, and deletes it. Returns its end report.
         Operate performed(must instance: u64) -> Option<Report>: lasts, effect(Effect::CompletesVerb)
             => |system, slice| performed(system, instance, slice);
         /// Creates an instance. Returns its number.
@@ -57,7 +57,7 @@ crate::calls! {
             must instance: u64,
             /// Timeout relative to the call, on the system's clock.
             may timeout_ns: Option<i64>,
-            /// Absolute time of the timeout, as an alternative.
+            /// Absolute deadline, as an alternative to the timeout.
             may until_ns: Option<i64>,
         ) -> Option<Report>: lasts, brief, effect(Effect::ReportsEnd)
             => |system, slice| {
@@ -65,13 +65,13 @@ crate::calls! {
                 let waited = system.wait(instance, until_ns, slice)?;
                 Ok(lasting(waited, None, "wait", || json!({ "instance": instance, "until_ns": until_ns })))
             };
-        /// Ends an instance and waits until it has ended: first follows a transition on `halted`, if there is one; a second halt is
-        /// immediate. Returns its end report.
+        /// Ends an instance and waits until it has ended. First follows a transition on `halted`, if there is one; a second halt is
+        /// immediate. Returns the end report.
         Operate halt(
             must instance: u64,
             /// Timeout relative to the call, on the system's clock.
             may timeout_ns: Option<i64>,
-            /// Absolute time of the timeout, as an alternative.
+            /// Absolute deadline, as an alternative to the timeout.
             may until_ns: Option<i64>,
         ) -> Option<Report>: commands("instance"), told, outcome_journalled, lasts, stops, free, effect(Effect::EndsInstance)
             => |system, slice| {
@@ -89,13 +89,13 @@ crate::calls! {
         /// Deletes an instance that has ended.
         Operate delete(must instance: u64) -> (): commands("instance"), outcome_journalled, brief, effect(Effect::DeletesInstance)
             => |system| system.delete(instance);
-        /// Returns "created", "queued", "running", "suspended", "ended" or "deleted".
+        /// Returns the state of an instance: "created", "queued", "running", "suspended", "ended" or "deleted".
         Observe state(must instance: u64) -> InstanceState: brief
             => |system| sure(InstanceState::named(system.state(instance)));
         /// Returns the name, verb, state, blocks, conditions and lists of an instance.
         Observe instance(must instance: u64) -> InstanceAbout
             => |system| system.instance_about(instance);
-        /// Returns the end report of the latest start, null while it runs.
+        /// Returns the end report of the latest start; null while it is running.
         Observe report(must instance: u64) -> Option<Report>: brief, effect(Effect::ReportsEnd)
             => |system| system.report(instance);
         /// Sets tunable input parameters and intervals of a running instance.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Recordings on disk: their list, their state at a time, their data over a span.
+//! Calls for recordings on disk: their list, their state at a time, their data over a span.
 use crate::values::Reading;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -11,18 +11,19 @@ use serde::Serialize;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// Maximum number of chunks, of about 1 MiB each, that one call reads; longer answers are continued by further calls.
+/// Maximum number of chunks, about 1 MiB each, that one call reads; longer answers are continued by further calls.
 const CHUNKS_MAX: usize = 96;
-/// Maximum number of columns of one channel.
+/// Maximum number of columns per channel.
 const COLUMNS_MAX: u32 = 10_000;
 
 /// State of a recording at a time.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RecordedAt")]
 struct At {
-    /// Last stored values; null if there was none yet.
+    /// Most recently stored values; null if there was none yet.
     values: IndexMap<String, Option<Reading>>,
-    /// Last messages of other channels, with their times; null if there was none yet. Messages that the caller already has are omitted.
+    /// Most recent messages of other channels, with their times; null if there was none yet. Messages that the caller already has are
+    /// omitted.
     messages: IndexMap<String, Option<RecordedMessage>>,
 }
 
@@ -40,7 +41,8 @@ struct Messages {
 #[schemars(rename = "RecordedSpan")]
 struct Span {
     channels: Vec<Trace>,
-    /// If the answer is incomplete, `since` for the call that continues it: its samples follow these, and its sums are to be added.
+    /// Value of `since` for the call that continues this answer, if it is incomplete. The samples of the continuation follow these, and
+    /// its sums must be added to these.
     next: Option<usize>,
 }
 
@@ -48,24 +50,25 @@ struct Span {
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RecordedTrace")]
 struct Trace {
-    /// Last value stored before the span, then for each column the first and last values and the minimum and maximum of each number, all
-    /// as complete values with their own times. In base64, little endian: (i64 time in ns, u64 number) of all, then the numbers as f64.
+    /// Samples: the last value stored before the span, then for each column the first value, the last value, and the values with the
+    /// minimum and maximum of each component, all as complete values with their own times. Base64, little-endian: (i64 time in ns, u64
+    /// number) of all samples, then the components as f64.
     samples: String,
-    /// Sums of each number, over all values of the span.
+    /// Sums for each component, over all values of the span.
     sums: Vec<Sums>,
 }
 
 crate::calls! {
-    /// Recordings on disk.
+    /// Calls for recordings on disk.
     pub(super) const RECORDED about "recordings" = [
         /// Returns the recordings in a folder, newest first.
         Observe recordings(
-            /// Folder; over the control interface it is the daemon's own and must be omitted.
+            /// Folder; over the control interface it is the daemon's own folder and must be omitted.
             may folder: PathBuf,
         ) -> Vec<RecordingFile>: costs, record_folder("folder")
             => |_system| recorder::recordings(&folder);
-        /// Returns a description of a recording: its time, its contents and its end. A recording in progress is described as far as it is
-        /// on disk.
+        /// Returns a description of a recording: its time span, its contents and its ends. If the recording is still in progress, the
+        /// description covers the part that is on disk.
         Observe recorded(must path: PathBuf) -> RecordingContents: costs, record_path("path")
             => |_system| opened(&path)?.about();
         /// Returns the state of a recording at a time.
@@ -75,13 +78,13 @@ crate::calls! {
             must time_ns: i64,
             /// Names of SVVs and cells.
             may names: Vec<String>,
-            /// Names of other channels, `/installed`, `/statistics`, `/alarms`, …
+            /// Names of other channels, such as `/installed`, `/statistics`, `/alarms`.
             may topics: Vec<String>,
-            /// Times of the messages that the caller already has, by channel: these messages are omitted.
+            /// Times of the messages that the caller already has, by channel; these messages are omitted.
             may known: HashMap<String, i64>,
         ) -> At: costs, record_path("path")
             => |_system| at(&path, time_ns, names, topics, &known);
-        /// Returns messages of a channel without values, `/log`, `/ends`, …
+        /// Returns messages of a channel without values, such as `/log` or `/ends`.
         Observe recorded_messages(
             must path: PathBuf,
             must topic: String,
@@ -101,7 +104,7 @@ crate::calls! {
             may since: usize,
         ) -> Span: costs, record_path("path")
             => |_system| span(&path, &names, (from_ns, to_ns), columns, since);
-        /// Returns the time of the next firing of a recording that stored a value, or of the previous one; null if there is none.
+        /// Returns the time of the next (or previous) firing in a recording that stored a value; null if there is none.
         Observe recorded_firing(
             must path: PathBuf,
             must time_ns: i64,

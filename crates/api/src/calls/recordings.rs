@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Recordings: starting, inspecting, ending and replaying them.
+//! Calls for recordings: start, inspect, end and replay them.
 use crate::effect::Effect;
 use crate::sure;
 use model::refusal::{Class, Refusal, Refusals};
@@ -11,7 +11,7 @@ use std::sync::Arc;
 use std::time::Duration;
 use supervisor::System;
 
-/// Maximum time that one call waits for the end of a recording; a slow disk may take longer.
+/// Maximum time for which one call waits for a recording to end; a slow disk may take longer.
 const END_MAX: Duration = Duration::from_millis(500);
 
 /// A started recording.
@@ -22,7 +22,7 @@ struct StartedRecording {
     recording: u64,
 }
 
-/// A started replay.
+/// A replay that was started.
 #[derive(Serialize, JsonSchema)]
 struct ReplayBegun {
     /// Number of the replay.
@@ -30,26 +30,26 @@ struct ReplayBegun {
 }
 
 crate::calls! {
-    /// Recordings.
+    /// Calls for recordings.
     pub(super) const RECORDINGS about "recordings" = [
-        /// Starts recording into a new MCAP file. Returns its number.
+        /// Starts recording to a new MCAP file. Returns the number of the recording.
         Configure record(
             must path: PathBuf,
-            /// Names of SVVs, with * and ?; all if omitted.
+            /// Names of SVVs, with * and ? as wildcards; all SVVs if omitted.
             may svvs: Option<Vec<String>>,
             /// True to include the private cells of all verb instances.
             may cells: bool,
             /// True to include all external inputs, so that the run can be replayed.
             may replay: bool,
-            /// Approximate size of a file, bytes, at which the next one begins: run.mcap, run-2.mcap and so on. A recording for a replay
+            /// Approximate file size, bytes, at which the next file is started: run.mcap, run-2.mcap and so on. A recording for replay
             /// cannot be split.
             may split_bytes: Option<u64>,
-            /// Number of files kept when the recording is split; the oldest is deleted. All are kept if omitted.
+            /// Number of files to keep if the recording is split (the oldest is deleted); all if omitted.
             may keep: Option<u32>,
-            /// Identity of the recording, stored in the metadata of its files. Over the control interface the daemon sets it.
+            /// Identity of the recording, stored in the metadata of its files. Over the control interface, it is set by the daemon.
             may identity: Option<String>,
-            /// true: continues after the existing files of that path, and those with this identity count for `keep`. Over the control
-            /// interface the daemon sets it, and it must be omitted.
+            /// True to continue after the existing files at that path; those with this identity then count towards `keep`. Over the
+            /// control interface, it is set by the daemon and must be omitted.
             may resumes: bool,
         ) -> StartedRecording: replaces(&["path"]), goes_with("stop_recording", "path"), record_path("path"), record_resumes("identity", "resumes"), effect(Effect::BeginsRecording)
             => |system| {
@@ -59,25 +59,25 @@ crate::calls! {
         /// Returns the state of a recording.
         Observe recording(must recording: u64) -> Summary
             => |system| sure(of(system, recording)?.summary());
-        /// Ends a recording. Returns its state; if it still runs, call again.
+        /// Ends a recording. Returns its state; if the recording has not ended yet, call again.
         Configure stop_recording(must recording: u64) -> Summary: outcome_journalled, effect(Effect::EndsRecording)
             => |system, slice| sure(of(system, recording)?.stop_within(slice.min(END_MAX)));
-        /// Starts the replay of a recording in a separate process, without affecting the system, and compares every value. Returns its
-        /// number. Code modules in the recording run only if their SHA-256 digests are those of modules that the system has had, or are
-        /// in `trust`.
+        /// Starts to replay a recording in a separate process, without affecting the system, and compares every value. Returns the number
+        /// of the replay. Code modules in the recording run only if their SHA-256 digests are those of modules that the system has loaded
+        /// at some time, or are in `trust`.
         Configure replay(
             must path: PathBuf,
-            /// Digests of code modules that may run. Over the control interface the daemon sets them, and they must be omitted.
+            /// Digests of code modules that may run. Over the control interface, they are set by the daemon and must be omitted.
             may trust: Vec<String>,
-            /// true: the system's current modules replace those of the same names in the recording; the first difference is then due to
-            /// them.
+            /// True to replace modules of the recording with the system's current modules of the same names; the first difference is then
+            /// caused by them.
             may present: bool,
         ) -> ReplayBegun: unjournalled, free, costs, record_path("path"), trusts("trust")
             => |system| Again::start(system, &path, trust, present).map(|replay| ReplayBegun { replay });
         /// Returns the state of a replay.
         Observe replaying(must replay: u64) -> Replaying
             => |system| sure(again(system, replay)?.standing());
-        /// Stops a replay at its current position and deletes it. Returns its last state.
+        /// Stops a replay at its current position and deletes it. Returns its final state.
         Configure stop_replay(must replay: u64) -> Replaying: unjournalled, free
             => |system| {
                 let ended = again(system, replay)?;

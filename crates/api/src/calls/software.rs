@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Code modules, definitions, SVVs.
+//! Calls for code modules, definitions and SVVs.
 use model::compose::Composition;
 use model::definition::{DeviceType, Graph, Verb};
 use model::interface::Interface;
@@ -10,10 +10,10 @@ use serde::Serialize;
 use std::path::PathBuf;
 use supervisor::{FusedBlocks, ModuleAbout, SvvRequest};
 
-/// Default interpreter that tests a code module in a separate process, used if there is no `opengpac-probe` next to the program.
+/// Default interpreter for testing a code module in a separate process, used if there is no `opengpac-probe` next to the program.
 const PYTHON: &str = "python3";
 
-/// Reason why two ports cannot be wired; for one port and all others, a list.
+/// Reason why two ports cannot be wired; if only one port is passed, a list with the reason for each other port.
 #[derive(Serialize, JsonSchema)]
 #[serde(untagged)]
 enum PortVerdicts {
@@ -22,7 +22,7 @@ enum PortVerdicts {
 }
 
 crate::calls! {
-    /// Software installed on a system.
+    /// Calls for the software installed on a system.
     pub(super) const SOFTWARE about "software" = [
         /// Loads a code module. Returns its blocks.
         Download download(
@@ -36,17 +36,18 @@ crate::calls! {
         /// Defines a verb.
         Configure define_verb(whole verb: Verb) -> (): commands("name"), defines("name")
             => |system| system.define_verb(verb);
-        /// Checks a data flow graph and refuses it if it is wrong; nothing is entered.
+        /// Checks a data flow graph, and refuses it if it has mistakes. Does not define it.
         Observe check_graph(whole graph: Graph) -> (): costs
             => |system| system.check_graph(&graph);
-        /// Returns all mistakes of a graph or a verb, each with "where"; nothing is entered.
+        /// Returns all mistakes of a graph or a verb, each with "where". Does not define it.
         Observe check_definition(whole drawing: Drawing) -> Vec<Refusal>: costs
             => |system| system.check_definition(&drawing);
         /// Returns all mistakes of a graph or a verb, as `check_definition` does, and everything that an installation would refuse for
-        /// any arguments: constants, defaults, members of objects, second writers in a list. Nothing is entered.
+        /// any arguments: constants, defaults, members of objects, second writers in a list. Does not define it.
         Observe check_drawing(whole drawing: Drawing) -> Vec<Refusal>: costs
             => |system| system.check_drawing(&drawing);
-        /// Returns why two ports of a graph or a verb cannot be wired, or null; without `to`, the reason for each other port.
+        /// Returns the reason why two ports of a graph or a verb cannot be wired, or null if they can; without `to`, returns the reason
+        /// for each other port.
         Observe compatible(
             must from: PortName,
             may to: Option<PortName>,
@@ -59,26 +60,26 @@ crate::calls! {
         /// Defines a type of logical devices.
         Configure define_device_type(whole device_type: DeviceType) -> (): commands("name"), defines("name")
             => |system| system.define_device_type(device_type);
-        /// Returns the verb that a composition of verbs defines; nothing is entered.
+        /// Returns the verb that a composition of verbs defines, without defining it in the system.
         Observe compose(whole composition: Composition) -> Verb: costs
             => |system| system.compose(&composition);
         /// Creates an SVV.
         Configure svv(must name: String, may place: Option<SourceLocation>, whole specification: SvvRequest) -> (): commands("name"), goes_with("delete_svv", "name")
             => |system| system.svv(&name, &specification, place);
-        /// Deletes an SVV that nothing is bound to.
+        /// Deletes an SVV to which no port is bound.
         Configure delete_svv(must name: String) -> (): commands("name")
             => |system| system.delete_svv(&name);
         /// Returns all blocks of the library and of code modules.
         Observe library() -> Vec<Interface>: costs
             => |system| crate::sure(system.blocks());
-        /// Fuses C blocks that are always due together, for up to a second; call again while groups are `waiting`. Returns the fused
-        /// blocks.
+        /// Fuses C blocks that are always due together, for up to a second; call again as long as there are groups `waiting`. Returns the
+        /// fused blocks.
         Configure fuse(
-            /// False to undo the fusing.
+            /// False to undo fusing.
             may on: Option<bool>,
         ) -> FusedBlocks: commands(""), unjournalled, costs
             => |system| system.fuse(on.unwrap_or(true));
-        /// Returns the fused blocks, and the others with the reasons.
+        /// Returns the fused blocks, and the other blocks with the reasons.
         Observe fused() -> FusedBlocks: costs
             => |system| crate::sure(system.fused());
     ];

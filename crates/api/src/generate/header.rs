@@ -3,7 +3,7 @@
 use super::{answer, by_subject, ordered, signature, wrapped};
 use crate::Call;
 
-/// Lines that enclose the list.
+/// Lines that delimit the list.
 const BEGIN: &str = " * ---- the calls, generated from their declarations in crates/api ----\n";
 const END: &str = " * ---- end of the calls ----\n";
 
@@ -22,7 +22,7 @@ fn one(call: &Call) -> String {
     text.replace("*/", "* /")
 }
 
-/// Returns a header with its list replaced by this one; `None` if it has no place for a list.
+/// Returns a header in which this list replaces the previous one; `None` if the header has no place for a list.
 pub fn in_header(header: &str, list: &str) -> Option<String> {
     let (before, rest) = header.split_once(BEGIN)?;
     let (_, after) = rest.split_once(END)?;

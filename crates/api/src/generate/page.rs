@@ -15,7 +15,7 @@ A call has a name and a JSON object of arguments, and returns JSON. Arguments in
 three dots consists of all remaining members of the object. Names of sources are `processor.source`, times are in ns.
 ";
 
-/// Returns the page.
+/// Returns the text of the page.
 pub fn page<'a>(calls: impl Iterator<Item = &'a Call>) -> String {
     let subjects = by_subject(calls).into_iter().map(|(subject, calls)| {
         let (first, rest) = subject.split_at(1);
@@ -39,7 +39,7 @@ fn one(call: &Call) -> String {
     text
 }
 
-/// Returns the role of a call, and its other properties, in one sentence each.
+/// Returns the role of a call and its other properties, one sentence for each.
 fn properties(call: &Call) -> String {
     let role = format!("Role: {}{}.", call.role.word(), if call.free { ", without command" } else { "" });
     let more = [

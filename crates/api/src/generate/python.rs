@@ -29,7 +29,7 @@ class Calls(CallTransport):
     __slots__ = ()
 ";
 
-/// Returns the module.
+/// Generates the Python module that has a method for each call.
 pub fn python<'a>(calls: impl Iterator<Item = &'a Call>) -> String {
     let calls: Vec<&Call> = calls.collect();
     let lasting: Vec<String> = calls.iter().filter(|call| call.lasts).map(|call| format!("\"{}\"", call.name)).collect();
@@ -58,12 +58,12 @@ fn method(call: &Call) -> String {
     format!("\n    def {}({}) -> {answer}:\n{words}        return {given}\n", named(call.name), parameters.join(", "))
 }
 
-/// Returns a name that is valid in Python.
+/// Returns a form of a name that is valid in Python.
 fn named(name: &str) -> String {
     if matches!(name, "from" | "in" | "is" | "for" | "with" | "global" | "lambda") { format!("{name}_") } else { name.to_owned() }
 }
 
-/// Returns the type of a value in Python.
+/// Returns the Python type of a value.
 fn annotation(schema: &Json) -> String {
     let one = |name: &str| match name {
         "string" => "str".to_owned(),

@@ -55,7 +55,7 @@ pub(super) fn check_item(block: &str, name: &str, descriptor: &Descriptor, item:
     Ok(())
 }
 
-/// Checks the items of a block together: names, sizes, types.
+/// Checks the items of a block as a whole: names, sizes, types.
 pub(super) fn check_block(block: &BlockFace, types: &[TypeFace]) -> Result<(), Refusal> {
     let bad = |item: &str, what: &str| Err(invalid(&block.name, item, what));
     if !is_name(&block.name) {

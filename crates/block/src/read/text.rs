@@ -3,7 +3,7 @@
 
 use super::TypeFace;
 
-/// Returns the normal form of a type text: blanks only between two words, `bool` for `_Bool`.
+/// Returns the normalised form of a type text: blanks only between two words, `bool` for `_Bool`.
 pub fn normalise(text: &str) -> String {
     let mut words = String::new();
     let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_';
@@ -53,7 +53,7 @@ impl TypeText {
         }
     }
 
-    /// Returns the name of the size that is the first length, unless that is a number.
+    /// Returns the name of the size item if the first length is one; `None` if it is a number.
     pub fn size_name(&self) -> Option<&String> {
         self.lengths.first().filter(|length| length.parse::<usize>().is_err())
     }

@@ -7,13 +7,13 @@ use cia402::axis;
 use cia402::{BrakeOptions, DriveCommand, Entry, Mode};
 use device::Layout;
 
-/// An axis, and the last command to its drive.
+/// An axis, with the last command to its drive.
 pub struct Axis {
     pub moved: axis::Axis,
     pub mode: Mode,
     brake: Option<BrakeOptions>,
     told: DriveCommand,
-    /// Error code of the drive, and that of its latest emergency.
+    /// Error code of the drive, and the error code of its latest emergency message.
     error: u16,
     emergency: u16,
 }
@@ -34,17 +34,17 @@ impl Axis {
         self.brake.map(|brake| brake.object().mapped(32))
     }
 
-    /// Returns the settings that are written to the drive before it operates, if it has them.
+    /// Returns the settings to write to the drive, if it supports them, before it goes operational.
     pub fn settings(&self) -> Vec<(Entry, Vec<u8>)> {
         self.brake.iter().flat_map(BrakeOptions::settings).collect()
     }
 
-    /// Returns true if an object must be exchanged.
+    /// Returns true if the exchange of an object is mandatory.
     pub fn needs(&self, word: Word) -> bool {
         !pdo::is_optional(word)
     }
 
-    /// Processes process data of the drive.
+    /// Processes process data from the drive.
     pub fn take(&mut self, pdo: &Pdo, bytes: &[u8]) {
         let number = |of| pdo::number(bytes, pdo, of);
         let mut measured = self.moved.measured;
@@ -61,13 +61,13 @@ impl Axis {
         }
     }
 
-    /// Processes an emergency; code 0 means that the error has disappeared.
+    /// Processes an emergency message; code 0 means that the error has been cleared.
     pub fn heed(&mut self, code: u16) {
         self.emergency = code;
         self.moved.measured.error = self.code();
     }
 
-    /// Returns the error code, if the drive reports one.
+    /// Returns the error code, if the drive reports an error.
     fn code(&self) -> u16 {
         if self.error != 0 { self.error } else { self.emergency }
     }
@@ -77,17 +77,17 @@ impl Axis {
         self.told = self.moved.tell(commands, is_engaged, span_s);
     }
 
-    /// Sets the idle command, for use while nothing is commanded.
+    /// Sets the idle command, which is used while nothing is commanded.
     pub fn tell_idle(&mut self) {
         self.told = self.moved.commander.tell_idle();
     }
 
-    /// Returns the commanded value of an object.
+    /// Returns the commanded value of an object, as sent to the drive.
     pub fn carried(&self, word: Word) -> u32 {
         self.in_words(&self.told, word)
     }
 
-    /// Returns the value of an object that another process sends if this one has exited.
+    /// Returns the value of an object that another process sends on behalf of this one after it has exited.
     pub fn last_carried(&self, word: Word) -> u32 {
         self.in_words(&self.moved.commander.last_words(), word)
     }

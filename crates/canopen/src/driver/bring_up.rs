@@ -8,20 +8,20 @@ use crate::pdo::{self, LEN_MAX, PDOS, Pdo};
 use cia402::identity::Identity;
 use cia402::{Entry, Mode};
 
-/// Bits of a PDO's identifier: PDO unused; remote requests not allowed.
+/// Bits of a PDO's COB-ID: PDO is not used; remote requests are not allowed.
 const UNUSED: u32 = 0x8000_0000;
 const NOT_ASKED_FOR: u32 = 0x4000_0000;
-/// Transmission with each SYNC.
+/// Transmission type: with every SYNC.
 const EACH_SYNC: u8 = 1;
-/// Reaction of a drive to the loss of its controller (0x6007): a quick stop.
+/// Reaction of a drive to the loss of its controller (0x6007): quick stop.
 const QUICK_STOP: i16 = 3;
 /// Reaction of a module to the loss of its controller (0x1029): it stops, and its outputs take their error values.
 const STOPS: u8 = 2;
-/// Profiles, in the lower half of a node's type.
+/// Device profile numbers, in the lower half of a node's device type.
 const DRIVES: u32 = 402;
 const MODULES: u32 = 401;
 
-/// Settings of all nodes of a bus.
+/// Settings common to all nodes of a bus.
 pub struct Terms {
     pub own_node: u8,
     pub timeout_ns: i64,
@@ -29,7 +29,7 @@ pub struct Terms {
     pub cycle_ns: i64,
 }
 
-/// Direction of PDOs: their parameters, their mappings, and the identifier of the first one.
+/// Objects of the PDOs in one direction: their communication parameters, their mappings, and the identifier of the first PDO.
 #[derive(Clone, Copy)]
 struct Way {
     parameters: u16,
@@ -47,7 +47,7 @@ struct NodeSetup<'a> {
     mapping: PdosFrom,
 }
 
-/// Reads the identity of a node (object 0x1018); 0 for numbers that it does not provide. Afterwards the node is pre-operational.
+/// Reads the identity of a node (object 0x1018); numbers that it does not provide are 0. Afterwards the node is pre-operational.
 ///
 /// # Errors
 /// Fails with a message if the node does not answer.
@@ -58,10 +58,10 @@ pub fn identify(client: &mut Client, station: &Station) -> Result<Identity, Stri
     Ok(Identity { vendor: number(1)?, product: number(2)?, revision: number(3)?, serial: number(4)?, alias: 0 })
 }
 
-/// Configures a node. It is pre-operational meanwhile, and moves nothing.
+/// Configures a node. It is pre-operational meanwhile, and does not move anything.
 ///
 /// # Errors
-/// Fails with a message if the node does not answer, has another profile than expected, or lacks a required object.
+/// Fails with a message if the node does not answer, has a different profile than expected, or lacks a required object.
 pub fn configure(client: &mut Client, station: &mut Station, terms: &Terms) -> Result<(), String> {
     client.send(&Command::PreOperational.frame(station.node)).map_err(|error| error.to_string())?;
     let mut told = NodeSetup { client, node: station.node, title: station.title(), mapping: station.mapping };
@@ -101,13 +101,14 @@ pub fn configure(client: &mut Client, station: &mut Station, terms: &Terms) -> R
     }
 }
 
-/// Converts an error value from 32 bits to the 16 bits that some modules have; returns `None` if it has another length or does not fit.
+/// Converts an error value from 32 bits to the 16 bits used by some modules; returns `None` if it has the wrong length or does not fit
+/// into 16 bits.
 fn shortened(value: &[u8]) -> Option<[u8; 2]> {
     let whole = i32::from_le_bytes(value.try_into().ok()?);
     Some(i16::try_from(whole).ok()?.to_le_bytes())
 }
 
-/// Removes objects that cannot be mapped according to the EDS file of a node.
+/// Removes objects that cannot be mapped according to the node's EDS file.
 fn leave_out(station: &mut Station) -> Result<(), String> {
     let Some(eds) = station.eds.clone() else { return Ok(()) };
     let cannot = |word: &pdo::Word| eds.object(pdo::entry(*word)).is_none_or(|object| !object.is_mappable);
@@ -134,7 +135,7 @@ impl NodeSetup<'_> {
         Ok(number(&value))
     }
 
-    /// Reads an optional object of a node.
+    /// Reads an optional object dictionary entry of a node.
     fn try_read(&mut self, index: u16, sub: u8) -> Result<Option<u32>, String> {
         match self.client.upload(self.node, Entry { index, sub }) {
             Ok(value) => Ok(Some(number(&value))),
@@ -147,7 +148,7 @@ impl NodeSetup<'_> {
         self.client.download(self.node, Entry { index, sub }, value).map_err(|why| self.wrong(index, sub, &why))
     }
 
-    /// Writes an object that a node may lack, or implement differently; returns false if the node refuses.
+    /// Writes an object that a node may lack or implement differently; returns false if the node aborts the transfer.
     fn try_write(&mut self, index: u16, sub: u8, value: &[u8]) -> Result<bool, String> {
         match self.client.download(self.node, Entry { index, sub }, value) {
             Ok(()) => Ok(true),
@@ -156,7 +157,7 @@ impl NodeSetup<'_> {
         }
     }
 
-    /// Checks that the node matches its configuration: profile, mode, and the product of its data sheet.
+    /// Checks that the node matches its configuration: profile, mode, and the product in its data sheet.
     fn recognise(&mut self, station: &Station) -> Result<(), String> {
         let title = self.title.clone();
         let profile = self.read(0x1000, 0)? & 0xFFFF;
@@ -184,8 +185,8 @@ impl NodeSetup<'_> {
         }
     }
 
-    /// Checks that the node has the terminals that its channels need: for each group the object, the number of subindices needed, and
-    /// their kind.
+    /// Checks that the node has the terminals that its channels need. Each group consists of the object, the number of subindices needed,
+    /// and their kind.
     fn count(&mut self, groups: impl Iterator<Item = (u16, u8, &'static str)>) -> Result<(), String> {
         for (index, needed, what) in groups {
             let has = self.try_read(index, 0)?.unwrap_or(0);
@@ -196,7 +197,7 @@ impl NodeSetup<'_> {
         Ok(())
     }
 
-    /// Makes the node send its heartbeat and monitor that of this controller.
+    /// Makes the node send its heartbeat and monitor the heartbeat of this controller.
     fn watch(&mut self, terms: &Terms, is_watched: bool) -> Result<(), String> {
         let ms = |ns: i64| (ns / 1_000_000) as u16;
         self.write(0x1017, 0, &ms(terms.heartbeat_ns).to_le_bytes())?;
@@ -208,7 +209,7 @@ impl NodeSetup<'_> {
         Ok(())
     }
 
-    /// Sets the duration of a cycle in the drive, if the drive accepts it.
+    /// Sets the cycle time in the drive, if the drive accepts it.
     fn pace(&mut self, terms: &Terms) -> Result<(), String> {
         let micros = (terms.cycle_ns / 1000) as u32;
         self.try_write(0x1006, 0, &micros.to_le_bytes())?;
@@ -221,7 +222,7 @@ impl NodeSetup<'_> {
         self.try_write(0x60C2, 2, &power.to_le_bytes()).map(drop)
     }
 
-    /// Maps these objects to a PDO that is exchanged with each SYNC. An optional object that the node does not map is left out; a PDO
+    /// Maps these objects to a PDO that is exchanged with every SYNC. An optional object that the node cannot map is omitted; a PDO
     /// without objects is disabled.
     fn map(&mut self, way: Way, number: u16, wanted: &mut Pdo, is_needed: impl Fn(pdo::Word) -> bool) -> Result<(), String> {
         let (index, mapping) = (way.parameters + number, way.mappings + number);
@@ -260,7 +261,8 @@ impl NodeSetup<'_> {
         if wanted.is_empty() { Ok(()) } else { self.write(mapping, 0, &[wanted.words.len() as u8]) }
     }
 
-    /// Returns the present mapping of a PDO of the node; `None` if the PDO is unused, or contains objects that are not whole bytes.
+    /// Returns the current mapping of a PDO of the node; `None` if the PDO is not used, or contains objects that are not a whole number
+    /// of bytes.
     fn mapped(&mut self, index: u16, mapping: u16) -> Result<Pdo, String> {
         let is_used = self.try_read(index, 1)?.is_some_and(|id| id & UNUSED == 0);
         let count = if is_used { self.try_read(mapping, 0)?.unwrap_or(0) } else { 0 };
@@ -269,7 +271,7 @@ impl NodeSetup<'_> {
         Ok(if is_whole && pdo.len() <= LEN_MAX { pdo } else { Pdo::default() })
     }
 
-    /// Checks that a drive that keeps its own mapping exchanges the objects that an axis needs.
+    /// Checks that a drive that keeps its own mapping exchanges all objects that an axis needs.
     fn check_mapped(&self, mode: Mode, station: &Station) -> Result<(), String> {
         let has = |pdos: &pdo::Pdos, word| pdos.iter().any(|pdo| pdo.at(word).is_some());
         let outputs = [pdo::CONTROL, pdo::target(mode)].into_iter().find(|word| !has(&station.outputs, *word));

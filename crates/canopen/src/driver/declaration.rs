@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The declaration of the driver.
+//! Declaration of the driver.
 use super::axis::Axis;
 use super::counters::Count;
 use super::device::{CanOpen, OBJECT};
@@ -18,7 +18,7 @@ use serde::Deserialize;
 use serde_json::json;
 use std::time::Duration;
 
-/// The driver.
+/// Declaration of the driver `canopen`.
 pub static DRIVER: Declaration = Declaration {
     class: Class::Inline,
     life: Life { waits_ns: 0, lost_within_ns: 4 * HEARTBEAT_NS },
@@ -33,7 +33,7 @@ pub static DRIVER: Declaration = Declaration {
     ..Declaration::new("canopen", "drives by CiA 402 on CANopen, one axis each, and modules by CiA 401", &OPTIONS, open)
 };
 
-/// Access of the driver to the electronic data sheets of axes and modules.
+/// Files that the driver reads: the electronic data sheets of axes and modules.
 const SHEETS: Reach = Reach::Entries(&[("eds", Reach::File)]);
 
 const OPTIONS: [OptionWord; 8] = [
@@ -67,7 +67,7 @@ const OPTIONS: [OptionWord; 8] = [
     OptionWord::with_default("own_node", Kind::Whole, "127", "the number of this controller on the bus").within(1.0, NODE_MAX as f64),
 ];
 
-/// Option for the number of a node, used by axes and modules.
+/// Option for the node number, used by axes and modules.
 const NODE: [OptionWord; 1] = [OptionWord::needed("node", Kind::Whole, "its number on the bus").within(1.0, NODE_MAX as f64)];
 const MODULE: [OptionWord; 1] = [OptionWord::needed("channels", Kind::Table, "by name").entries(&[&CHANNEL, &device::counts::WORDS])];
 const ELSE: &str = "another terminal is given";
@@ -103,7 +103,7 @@ fn emulated(options: &Options) -> Vec<NodeOptions> {
     axes.chain(modules).collect()
 }
 
-/// Returns the number of terminals that the channels of a module need.
+/// Returns the number of terminals of each kind that the channels of a module need.
 fn terminals(of: &ModuleOptions) -> Terminals {
     let mut all = Terminals::default();
     for channel in of.channels.values() {
@@ -125,7 +125,7 @@ struct Where {
 
 /// Time limit for a node to identify itself.
 const ANSWER: Duration = Duration::from_millis(300);
-/// Profile of modules, in the lower half of a node's type.
+/// Device profile number of modules, in the lower half of a node's device type.
 const MODULES: u32 = 401;
 
 fn scan(given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {

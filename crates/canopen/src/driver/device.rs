@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Life cycle of the driver: brings its nodes to operation, exchanges, and comes to rest.
+//! Life cycle of the driver: makes its nodes operational, exchanges data, and comes to rest.
 use super::bring_up::{Terms, configure, identify};
 use super::counters::Count;
 use super::heard::Missing;
@@ -19,21 +19,21 @@ use device::{Channel, Counters, DeviceError, Driver, SafeHandle, Services};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Messages that the cycle receives: emergencies, process data, heartbeats.
+/// Messages that the cycle receives: emergency messages, process data, heartbeats.
 const HEARD: [(u16, u16); 6] = [(0x080, 0x780), (0x180, 0x780), (0x280, 0x780), (0x380, 0x780), (0x480, 0x780), (0x700, 0x780)];
-/// Maximum number of frames read in a cycle; the rest is read in the next one.
+/// Maximum number of frames to read in a cycle; the rest are read in the next one.
 const TAKEN_MAX: usize = 1024;
-/// Time limit for nodes to send their first process data, and for one cycle off the clock.
+/// Time limits for nodes to send their first process data, and for one exchange outside the cycle.
 const TO_OPERATION: Duration = Duration::from_secs(5);
 const ANSWER: Duration = Duration::from_millis(100);
-/// Time limit for an object of a node that may be busy with its storage.
+/// Time limit for accessing an object of a node that may be busy with its non-volatile memory.
 pub const OBJECT: Duration = Duration::from_secs(1);
 
 pub struct CanOpen {
     interface: Interface,
-    /// Stations: first the axes, then the modules.
+    /// Stations: axes first, then modules.
     stations: Vec<Station>,
-    /// Index of the station of each node.
+    /// Index of each node's station.
     by_node: [Option<u8>; NODE_MAX as usize + 1],
     channels: Vec<Channel>,
     terms: Terms,
@@ -41,7 +41,7 @@ pub struct CanOpen {
     counters: Arc<Counters>,
     beside: Arc<Beside>,
     link: Option<Box<dyn Link>>,
-    /// True if a SYNC was sent since the last reading.
+    /// True if a SYNC has been sent since the last reading.
     has_asked: bool,
     is_bus_off: bool,
     written_ns: Option<i64>,
@@ -99,7 +99,7 @@ impl CanOpen {
         Ok(())
     }
 
-    /// Refuses a bus on which a node is not the one that its axis or module had before, or is configured to have.
+    /// Checks that each node is the one that its axis or module had before or is configured to have; otherwise refuses the bus.
     fn identify(&self, client: &mut Client) -> Result<(), String> {
         let opened = self.stations.iter().map(|station| {
             let place = format!("canopen {} {} {}", self.interface, station.node, station.name);
@@ -108,7 +108,7 @@ impl CanOpen {
         identity::check(&opened.collect::<Result<Vec<_>, String>>()?)
     }
 
-    /// Exchanges a cycle off the clock with no axis commanded; repeats it until all drives have sent their process data.
+    /// Exchanges process data outside the cycle without commanding an axis, repeatedly until all drives have sent their process data.
     fn exchange_idle(&mut self) -> Result<(), String> {
         let end = Instant::now() + TO_OPERATION;
         loop {
@@ -129,7 +129,7 @@ impl CanOpen {
         }
     }
 
-    /// Resets existing faults; a fault that recurs is reported when its axis is engaged.
+    /// Resets existing faults. A fault that recurs is reported when the axis is engaged.
     fn reset_faults(&mut self) -> Result<(), String> {
         for _ in 0..4 {
             let commanders = self.stations.iter_mut().filter_map(Station::axis_mut).map(|axis| &mut axis.moved.commander);
@@ -171,7 +171,7 @@ impl CanOpen {
         }
     }
 
-    /// Notes a report of the adapter about the bus.
+    /// Records a report about the bus from the adapter.
     fn note(&mut self, classes: u32, controller: u8) {
         if classes & frame::BUS_OFF != 0 {
             self.is_bus_off = true;
@@ -197,7 +197,7 @@ impl CanOpen {
         self.send(&nmt::sync());
     }
 
-    /// Sends the commands to all nodes.
+    /// Sends their commands to all nodes.
     fn send_told(&mut self) {
         for index in 0..self.stations.len() {
             for frame in self.stations[index].frames().into_iter().flatten() {
@@ -206,7 +206,7 @@ impl CanOpen {
         }
     }
 
-    /// Returns the problem with the bus or a node in this cycle.
+    /// Returns the problem with the bus or a node in this cycle, if any.
     fn lost(&mut self, now_ns: i64) -> Option<String> {
         if self.is_bus_off {
             return Some(

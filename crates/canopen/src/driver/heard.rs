@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Presence of a node: the signs of life received from it, and their times.
+//! Monitors the presence of a node by the signs of life received from it and their times.
 use crate::nmt::NodeState;
 
 /// Maximum number of consecutive missed heartbeats.
@@ -8,18 +8,18 @@ const BEATS_MAX: i64 = 3;
 /// Signs of life of a node.
 #[derive(Default)]
 pub struct SignsOfLife {
-    /// `None` before the first sign of life.
+    /// Time of the latest sign of life; `None` before the first one.
     when_ns: Option<i64>,
-    /// True if its process data have arrived since the last SYNC.
+    /// True if the node's process data have arrived since the last SYNC.
     pub is_fresh: bool,
     /// Number of consecutive cycles without process data.
     pub cycles: u32,
     beats: i64,
-    /// State of a node that has left operation or restarted.
+    /// State of a node that is no longer operational or has restarted.
     left: Option<NodeState>,
 }
 
-/// Missing sign of life.
+/// Sign of life that is missing.
 #[derive(Debug, PartialEq, Eq)]
 pub enum Missing {
     Beats,
@@ -28,17 +28,17 @@ pub enum Missing {
 }
 
 impl SignsOfLife {
-    /// Restarts the expectation of signs of life.
+    /// Starts expecting signs of life again.
     pub fn expect(&mut self) {
         *self = SignsOfLife::default();
     }
 
-    /// Notes a sign of life.
+    /// Records a sign of life.
     pub fn data(&mut self, now_ns: i64) {
         (self.when_ns, self.beats) = (Some(now_ns), 0);
     }
 
-    /// Notes that its process data arrived.
+    /// Records that the node's process data have arrived.
     pub fn fresh(&mut self, now_ns: i64) {
         self.data(now_ns);
         (self.is_fresh, self.cycles) = (true, 0);
@@ -49,7 +49,7 @@ impl SignsOfLife {
         self.left = Some(state).filter(|state| *state != NodeState::Operational);
     }
 
-    /// Returns the problem in this cycle, and the number of newly missed heartbeats.
+    /// Returns the problem in this cycle, if any, and the number of newly missed heartbeats.
     pub fn missing(&mut self, now_ns: i64, heartbeat_ns: i64, lost_after: u32) -> (Option<Missing>, u64) {
         let silent_ns = now_ns - *self.when_ns.get_or_insert(now_ns);
         // A heartbeat may be late by half a period.

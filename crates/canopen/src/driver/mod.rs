@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver `canopen`: drives of a bus as axes, modules of inputs and outputs as channels.
+//! The driver `canopen`: drives on a bus as axes, and input and output modules as channels.
 mod axis;
 mod bring_up;
 mod counters;

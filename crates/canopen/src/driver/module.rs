@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A module of inputs and outputs by CiA 401: maps each channel to its object and bit.
+//! A CiA 401 input and output module: maps each channel to its object and bit.
 use super::options::{ChannelOptions, ModuleOptions, Terminal};
 use crate::pdo::{self, Pdo, Pdos, Word};
 use cia402::Entry;
 use device::counts::Counts;
 use device::{Channel, Layout, Number, Slot, Type};
 
-/// Objects of a module: digital terminals in bytes, analog ones in 16 bits; each terminal is a bit or a subindex.
+/// Objects of a module: digital terminals in bytes, analog terminals in 16 bits. Each terminal is a bit or a subindex.
 const DIGITAL_INPUTS: u16 = 0x6000;
 const DIGITAL_OUTPUTS: u16 = 0x6200;
 const ANALOG_INPUTS: u16 = 0x6401;
 const ANALOG_OUTPUTS: u16 = 0x6411;
-/// Objects of the outputs that take an error value if the controller is lost, and of that value; those of analog outputs have 32 bits
-/// with a sign.
+/// Objects that make an output take an error value if the controller is lost, and objects with these values; the error values of analog
+/// outputs are signed 32-bit numbers.
 const DIGITAL_ERROR_MODE: u16 = 0x6206;
 const DIGITAL_ERROR_VALUE: u16 = 0x6207;
 const ANALOG_ERROR_MODE: u16 = 0x6443;
 const ANALOG_ERROR_VALUE: u16 = 0x6444;
-/// Number of analog values in a PDO.
+/// Number of analog values per PDO.
 const ANALOG_IN_ONE: usize = 4;
 
-/// Position of a channel in the process data, and the meaning of its counts.
+/// Position of a channel in the process data, and the scaling of its counts.
 #[derive(Clone, Copy)]
 struct ChannelPlace {
     word: Word,
@@ -32,7 +32,7 @@ struct ChannelPlace {
 struct Input {
     slot: Slot,
     wired: ChannelPlace,
-    /// Present value: counts, or 0 and 1.
+    /// Current value: counts, or 0 or 1.
     seen: i32,
 }
 
@@ -72,7 +72,7 @@ impl Module {
         Module { inputs, outputs, error, emergency: 0 }
     }
 
-    /// Returns the PDOs that the module sends: digital inputs in PDO 1, analog ones in the others.
+    /// Returns the PDOs that the module sends: digital inputs in PDO 1, analog inputs in the others.
     pub fn inputs(&self) -> Pdos {
         pdos(self.inputs.iter().map(|input| input.wired.word))
     }
@@ -82,7 +82,7 @@ impl Module {
         pdos(self.outputs.iter().map(|output| output.wired.word))
     }
 
-    /// Returns each group of terminals that the module needs: its object, the number of subindices, and their kind.
+    /// Returns the groups of terminals that the module needs, each with its object, the number of subindices, and their kind.
     pub fn groups(&self) -> impl Iterator<Item = (u16, u8, &'static str)> {
         let words = || self.inputs.iter().map(|of| of.wired.word).chain(self.outputs.iter().map(|of| of.wired.word));
         [
@@ -98,8 +98,8 @@ impl Module {
         })
     }
 
-    /// Returns the settings that are written before the module operates, if it has them: the values of its outputs if the controller is
-    /// lost.
+    /// Returns the settings to write to the module, if it supports them, before it goes operational: the values that its outputs take if
+    /// the controller is lost.
     pub fn settings(&self) -> Vec<(Entry, Vec<u8>)> {
         let mut settings = Vec::new();
         let mut words: Vec<Word> = self.outputs.iter().map(|output| output.wired.word).collect();
@@ -117,7 +117,7 @@ impl Module {
         settings
     }
 
-    /// Processes process data of the module.
+    /// Processes process data from the module.
     pub fn take(&mut self, pdo: &Pdo, bytes: &[u8]) {
         for input in &mut self.inputs {
             if let Some(number) = pdo::number(bytes, pdo, input.wired.word) {
@@ -130,7 +130,7 @@ impl Module {
         self.emergency = code;
     }
 
-    /// Stores the values that the module sent.
+    /// Stores the values received from the module.
     pub fn show(&self, readings: &mut [u8]) {
         self.error.of_mut(readings).copy_from_slice(&self.emergency.to_ne_bytes());
         for input in &self.inputs {
@@ -141,7 +141,7 @@ impl Module {
         }
     }
 
-    /// Sets the commands to the module.
+    /// Sets the commands for the module.
     pub fn tell(&mut self, commands: &[u8]) {
         for output in &mut self.outputs {
             output.told = match output.wired.bit {
@@ -159,12 +159,12 @@ impl Module {
         self.outputs.iter_mut().for_each(|output| output.told = output.safe);
     }
 
-    /// Returns the commanded value of an object.
+    /// Returns the commanded value of an object, as sent to the module.
     pub fn carried(&self, word: Word) -> u32 {
         self.joined(word, |output| output.told)
     }
 
-    /// Returns the safe value of an object.
+    /// Returns the safe value of an object, as sent to the module.
     pub fn safely_carried(&self, word: Word) -> u32 {
         self.joined(word, |output| output.safe)
     }
@@ -203,7 +203,7 @@ fn entry(index: u16, number: u8, bits: u8) -> Word {
     Entry { index, sub: number + 1 }.mapped(bits)
 }
 
-/// Returns PDOs that contain each object once: those of 8 bits in the first, those of 16 in the others.
+/// Returns PDOs that contain each object once: 8-bit objects in the first, 16-bit objects in the others.
 fn pdos(words: impl Iterator<Item = Word>) -> Pdos {
     let mut words: Vec<Word> = words.collect();
     words.sort_unstable();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The checked options of the driver.
+//! Validated options of the driver.
 use crate::eds::Eds;
 use crate::pdo::PDOS;
 use cia402::axis;
@@ -21,9 +21,9 @@ const LOST_AFTER: u32 = 3;
 const OWN_NODE: u8 = 127;
 /// Maximum time that can be set in a node.
 pub const TOLD_NS_MAX: i64 = 65_535_000_000;
-/// Maximum number of nodes: the identifiers of a bus of 1 Mbit/s have no room for more.
+/// Maximum number of nodes; a 1 Mbit/s bus does not have the bandwidth for the frames of more.
 const NODES_MAX: usize = 32;
-/// Maximum number of digital terminals in a PDO, and of analog terminals in all others together.
+/// Maximum number of digital terminals in a PDO, and maximum number of analog terminals in all other PDOs together.
 pub const DIGITAL_MAX: u8 = 64;
 pub const ANALOG_MAX: u8 = 4 * (PDOS as u8 - 1);
 
@@ -42,7 +42,7 @@ struct WrittenOptions {
     own_node: Option<u8>,
 }
 
-/// Options including defaults.
+/// Options with defaults filled in.
 pub struct Options {
     pub interface: String,
     pub axes: Vec<AxisOptions>,
@@ -63,7 +63,7 @@ pub struct AxisOptions {
     pub axis: axis::AxisOptions,
     /// Number of the node on the bus.
     pub node: u8,
-    /// True if the drive has to monitor this controller.
+    /// True if the drive must monitor this controller.
     pub watchdog: Option<bool>,
     #[serde(default)]
     pub pdos: PdosFrom,
@@ -80,11 +80,11 @@ pub enum PdosFrom {
     /// The driver writes the mapping.
     #[default]
     Written,
-    /// The node keeps its present mapping.
+    /// The node keeps its current mapping.
     Device,
 }
 
-/// Options of a module of inputs and outputs.
+/// Options of an input and output module.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ModuleOptions {
@@ -94,7 +94,7 @@ pub struct ModuleOptions {
     pub channels: BTreeMap<String, ChannelOptions>,
     pub watchdog: Option<bool>,
     pub eds: Option<PathBuf>,
-    /// Identity of the module (object 0x1018), if it is to be compared.
+    /// Required identity of the module (object 0x1018), if it is to be checked.
     vendor: Option<u32>,
     product: Option<u32>,
     revision: Option<u32>,
@@ -108,7 +108,7 @@ impl ModuleOptions {
     }
 }
 
-/// Options of a module's channel: its terminal, and the meaning of its counts.
+/// Options of a module's channel: its terminal and the scaling of its counts.
 #[derive(Clone, Debug, Deserialize)]
 pub struct ChannelOptions {
     input: Option<u8>,
@@ -158,7 +158,7 @@ impl ChannelOptions {
         digital.into_iter().chain(analog).flatten()
     }
 
-    /// Returns the terminal of the channel: checked to exist.
+    /// Returns the channel's terminal, whose existence has already been checked.
     pub fn terminal(&self) -> Terminal {
         self.terminals().next().unwrap_or(Terminal::Input(0))
     }
@@ -176,7 +176,7 @@ impl ChannelOptions {
 /// Parses and checks the options.
 ///
 /// # Errors
-/// Fails with [`DriverError::Option`], which names the wrong option.
+/// Fails with [`DriverError::Option`], which names the invalid option.
 pub fn read(given: &GivenOptions<'_>) -> Result<Options, DriverError> {
     let written: WrittenOptions = given.read()?;
     let options = Options {
@@ -198,7 +198,7 @@ pub fn read(given: &GivenOptions<'_>) -> Result<Options, DriverError> {
 /// Reads the electronic data sheet of a node.
 ///
 /// # Errors
-/// Fails if the file cannot be read, or is not a data sheet.
+/// Fails if the file cannot be read or is not a data sheet.
 pub fn data_sheet(given: &GivenOptions<'_>, file: Option<&Path>) -> Result<Option<Arc<Eds>>, DriverError> {
     let Some(path) = file else { return Ok(None) };
     let failed = |problem: String| given.wrong("eds", format!("'{}': {problem}", path.display()));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services of the driver outside its cycle: objects of its nodes, network management, faults, homing.
+//! Services of the driver outside its cycle: object dictionary access, network management, fault reset, homing.
 use crate::client::Client;
 use crate::eds::Eds;
 use crate::nmt::Command;
@@ -72,10 +72,10 @@ impl Reach for Nodes {
     }
 }
 
-/// Services of an open device: those of all axes, and those of a bus.
+/// Services of an open device: those of its axes, and those of the bus.
 pub struct Beside {
     pub shared: ServiceState<Nodes>,
-    /// Number of nodes that are axes; the others are modules.
+    /// Number of axis nodes; the other nodes are modules.
     pub axes: usize,
     pub data_sheets: Vec<Option<Arc<Eds>>>,
 }
@@ -101,7 +101,7 @@ impl Beside {
         }
     }
 
-    /// Reads or writes an object, which may be named as in its EDS file.
+    /// Reads or writes an object dictionary entry, which may be addressed by its name in the EDS file.
     fn object(&self, node: usize, service: &str, arguments: &Value, is_stopped: &dyn Fn() -> bool) -> Result<Value, String> {
         let Some(name) = arguments["object"].as_str() else {
             if arguments["index"].is_null() {

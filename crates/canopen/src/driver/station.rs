@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A node that the driver serves: an axis or a module, with the process data that it exchanges.
+//! A node that the driver serves: an axis or a module, and the process data that it exchanges.
 use super::axis::Axis;
 use super::heard::SignsOfLife;
 use super::module::Module;
@@ -11,11 +11,11 @@ use cia402::identity::ExpectedIdentity;
 use cia402::{Mode, Scale};
 use std::sync::Arc;
 
-/// Identifier of the first PDO to a node, and the distance between consecutive ones.
+/// Identifier of the first PDO to a node, and the difference between consecutive identifiers.
 const RECEIVED: u16 = 0x200;
 const NEXT: u16 = 0x100;
 
-/// Device behind a node.
+/// Device at a node.
 pub enum What {
     Axis(Box<Axis>),
     Module(Module),
@@ -30,7 +30,7 @@ pub struct Station {
     /// Expected identity of the node.
     pub expected: ExpectedIdentity,
     pub what: What,
-    /// Origin of the mapping of its PDOs, and the mapping itself.
+    /// Origin of the node's PDO mapping.
     pub mapping: PdosFrom,
     pub eds: Option<Arc<Eds>>,
     pub inputs: Pdos,
@@ -56,7 +56,7 @@ impl Station {
         station
     }
 
-    /// Returns the station's name in the form `axis 'x'`.
+    /// Returns the station's name in the format `axis 'x'`.
     pub fn what(&self) -> String {
         match self.what {
             What::Axis(_) => format!("axis '{}'", self.name),
@@ -64,7 +64,7 @@ impl Station {
         }
     }
 
-    /// Returns the station's title in the form `node 5 (axis 'x')`.
+    /// Returns the station's title in the format `node 5 (axis 'x')`.
     pub fn title(&self) -> String {
         format!("node {} ({})", self.node, self.what())
     }
@@ -78,7 +78,7 @@ impl Station {
         (self.name.clone(), format!("{} (node {})", self.what(), self.node), scale)
     }
 
-    /// Resets the station: it is expected to exchange everything it can, and nothing has been received from it.
+    /// Resets the station: all of its process data are expected again, and nothing counts as received from it.
     pub fn expect(&mut self) {
         (self.inputs, self.outputs) = match &self.what {
             What::Axis(axis) => (pdo::inputs(), axis.outputs()),
@@ -87,7 +87,7 @@ impl Station {
         self.heard.expect();
     }
 
-    /// Returns true if an object must be exchanged.
+    /// Returns true if the exchange of an object is mandatory.
     pub fn needs(&self, word: Word) -> bool {
         match &self.what {
             What::Axis(axis) => axis.needs(word),
@@ -95,7 +95,8 @@ impl Station {
         }
     }
 
-    /// Returns true if the process data of this number answer a SYNC: those with the status word, or the first that a module sends.
+    /// Returns true if the process data with this number are the answer to a SYNC: the PDO with the status word, or the first PDO that a
+    /// module sends.
     fn is_answer(&self, number: usize) -> bool {
         match self.what {
             What::Axis(_) => self.inputs[number].at(pdo::STATUS).is_some(),
@@ -103,12 +104,12 @@ impl Station {
         }
     }
 
-    /// Returns true if the node answers a SYNC at all: a module with outputs only does not.
+    /// Returns true if the node answers a SYNC at all; a module with only outputs does not.
     pub fn answers(&self) -> bool {
         self.inputs.iter().any(|pdo| !pdo.is_empty())
     }
 
-    /// Processes a PDO, numbered from 1; returns false if it does not have the configured length.
+    /// Processes a PDO, numbered from 1; returns false if it has the wrong length.
     pub fn take(&mut self, number: u8, bytes: &[u8], now_ns: i64) -> bool {
         let number = usize::from(number) - 1;
         let Some(pdo) = self.inputs.get(number).filter(|pdo| !pdo.is_empty() && pdo.len() == bytes.len()) else { return false };
@@ -122,7 +123,7 @@ impl Station {
         true
     }
 
-    /// Processes an emergency; code 0 means that the error has disappeared.
+    /// Processes an emergency message; code 0 means that the error has been cleared.
     pub fn heed(&mut self, code: u16) {
         match &mut self.what {
             What::Axis(axis) => axis.heed(code),
@@ -130,7 +131,7 @@ impl Station {
         }
     }
 
-    /// Stores the values that the node sent.
+    /// Stores the values received from the node.
     pub fn show(&self, readings: &mut [u8]) {
         match &self.what {
             What::Axis(axis) => axis.moved.show(readings),
@@ -138,7 +139,7 @@ impl Station {
         }
     }
 
-    /// Returns the reason why the node cannot perform its task while it is engaged.
+    /// Returns the reason why the node cannot operate while it is engaged, if any.
     pub fn fault(&self) -> Option<String> {
         match &self.what {
             What::Axis(axis) => axis.moved.fault(),
@@ -167,7 +168,7 @@ impl Station {
         has(&self.outputs, pdo::MODE) && has(&self.inputs, pdo::MODE_SHOWN)
     }
 
-    /// Sets the idle command: an axis keeps its position, a module outputs its safe values.
+    /// Sets the idle command: an axis holds its position, a module outputs its safe values.
     pub fn tell_idle(&mut self) {
         match &mut self.what {
             What::Axis(axis) => axis.tell_idle(),
@@ -175,14 +176,14 @@ impl Station {
         }
     }
 
-    /// Comes to rest; an axis stays at rest until it is engaged again.
+    /// Brings the station to rest; an axis stays at rest until it is engaged again.
     pub fn stop(&mut self) {
         if let What::Axis(axis) = &mut self.what {
             axis.moved.commander.stop();
         }
     }
 
-    /// Returns the frames of the commands. Real-time safe.
+    /// Returns the command frames. Real-time safe.
     pub fn frames(&self) -> [Option<Frame>; PDOS] {
         self.framed(|word| match &self.what {
             What::Axis(axis) => axis.carried(word),
@@ -190,7 +191,7 @@ impl Station {
         })
     }
 
-    /// Returns the frames that another process sends if this one has exited.
+    /// Returns the frames that another process sends on behalf of this one after it has exited.
     pub fn last_frames(&self) -> [Option<Frame>; PDOS] {
         self.framed(|word| match &self.what {
             What::Axis(axis) => axis.last_carried(word),

@@ -6,11 +6,11 @@ use crate::frame::{self, FRAME_LEN, Frame};
 use serde_json::{Value, json};
 use std::collections::VecDeque;
 
-/// Nodes on a line.
+/// The nodes on a line.
 pub struct Bus {
     nodes: Vec<Node>,
     said: VecDeque<[u8; FRAME_LEN]>,
-    /// Number of further frames that are lost, or spoiled.
+    /// Number of upcoming frames to lose, and to corrupt.
     lose: u64,
     spoil: u64,
     frames: u64,
@@ -40,7 +40,7 @@ impl Bus {
         self.each(|node, out| node.go_on(span_ns, out));
     }
 
-    /// Returns the next frame, or report, on the line.
+    /// Returns the next frame or bus report on the line.
     pub fn said(&mut self) -> Option<[u8; FRAME_LEN]> {
         self.said.pop_front()
     }
@@ -54,7 +54,7 @@ impl Bus {
         self.nodes.iter_mut().find(|of| of.id() == node)
     }
 
-    /// Switches the supply of a drive. When switched on, the drive has lost its settings, but its axis has not moved.
+    /// Switches the power supply of a drive. A drive that is switched on again has lost its settings, but its axis has not moved.
     pub fn power(&mut self, node: u8, is_on: bool) {
         let mut out = Out { said: &mut self.said, lose: &mut self.lose, spoil: &mut self.spoil };
         if let Some(node) = self.nodes.iter_mut().find(|of| of.id() == node) {
@@ -62,7 +62,7 @@ impl Bus {
         }
     }
 
-    /// Loses the next frames of nodes.
+    /// Loses the next frames sent by nodes.
     pub fn lose(&mut self, frames: u64) {
         self.lose = frames;
     }
@@ -72,7 +72,7 @@ impl Bus {
         self.spoil = frames;
     }
 
-    /// Triggers a fault in a drive: an error code of CiA 402.
+    /// Triggers a fault with a CiA 402 error code in a drive.
     pub fn fail(&mut self, node: u8, error: u16) {
         let mut out = Out { said: &mut self.said, lose: &mut self.lose, spoil: &mut self.spoil };
         if let Some(node) = self.nodes.iter_mut().find(|of| of.id() == node) {
@@ -87,23 +87,23 @@ impl Bus {
         }
     }
 
-    /// Makes the controller's adapter leave the bus.
+    /// Puts the controller's adapter into the bus-off state.
     pub fn bus_off(&mut self) {
         self.said.push_back(frame::report(frame::BUS_OFF, 0));
     }
 
-    /// Returns an object of a drive as a number; 0 if there is none.
+    /// Returns an object of a drive as a number; 0 if it does not exist.
     pub fn number(&mut self, node: u8, index: u16, sub: u8) -> i64 {
         self.find(node).map_or(0, |node| node.number(index, sub))
     }
 
-    /// Returns the state of a node by name.
+    /// Returns the name of a node's state.
     pub fn state(&mut self, node: u8) -> String {
         self.find(node).map_or_else(String::new, |node| if node.is_on { node.state().to_string() } else { "off".to_owned() })
     }
 
-    /// Returns the value of a terminal of a module: `input`, `output`, `analog_input` or `analog_output`, counted from 0; `None` if it
-    /// does not exist.
+    /// Returns the value at a terminal of a module, which is an `input`, `output`, `analog_input` or `analog_output`, numbered from 0;
+    /// `None` if it does not exist.
     pub fn terminal(&mut self, node: u8, what: &str, number: u8) -> Option<i64> {
         self.find(node).and_then(|node| node.terminal(what, number))
     }
@@ -115,7 +115,7 @@ impl Bus {
         }
     }
 
-    /// Returns the state of the bus, for people and tests.
+    /// Returns the state of the bus, for display and for tests.
     pub fn show(&mut self) -> Value {
         let (modules, drives): (Vec<&Node>, Vec<&Node>) = self.nodes.iter().partition(|node| node.is_module());
         let state = |node: &Node| if node.is_on { node.state().to_string() } else { "off".to_owned() };

@@ -1,23 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Machine of an emulated node: a drive or a module.
+//! The machine behind an emulated node: a drive or a module.
 use super::terminals::SwitchedTerminals;
 use cia402::emulated::{Drive, Objects};
 
-/// A drive, or a module of inputs and outputs.
+/// A drive, or an input and output module.
 pub(super) enum Machine {
     Drive(Box<Drive>),
     Module(SwitchedTerminals),
 }
 
 impl Machine {
-    /// Advances by a time.
+    /// Advances by a time span.
     pub fn step(&mut self, objects: &mut Objects, span_s: f64) {
         if let Machine::Drive(drive) = self {
             drive.step(objects, span_s);
         }
     }
 
-    /// Acts as the node does when its controller is lost.
+    /// Reacts to the loss of the controller as the node does.
     pub fn lose_communication(&mut self, objects: &mut Objects) {
         match self {
             Machine::Drive(drive) => drive.lose_communication(objects),

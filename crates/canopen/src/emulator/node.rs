@@ -10,7 +10,7 @@ use crate::nmt::{Command, NodeState, heartbeat};
 use cia402::Entry;
 use cia402::emulated::{MappedObject, Objects};
 
-/// Bits of a PDO's identifier: PDO unused; the identifier itself.
+/// Bits of a PDO's COB-ID: flag for an unused PDO, and the identifier itself.
 const UNUSED: u32 = 0x8000_0000;
 const IDENTIFIER: u32 = 0x7FF;
 const CONTROLLER_MISSED: u16 = 0x8130;
@@ -24,7 +24,8 @@ pub(super) struct Node {
     server: Server,
     received: [Pdo; 4],
     sent: [Pdo; 4],
-    /// Times since its own heartbeat, since that of its controller (`None`: never received), and since its axis was last advanced.
+    /// Times elapsed since the node's own heartbeat, since its controller's heartbeat (`None`: never received), and since its axis was
+    /// last advanced.
     beaten_ns: i64,
     heard_ns: Option<i64>,
     stepped_ns: i64,
@@ -32,14 +33,14 @@ pub(super) struct Node {
     pub is_on: bool,
 }
 
-/// A PDO, as it was configured when the node was started.
+/// A PDO as configured when the node was started.
 #[derive(Default)]
 struct Pdo {
     /// Identifier; 0 if the PDO is unused.
     id: u16,
     is_synchronous: bool,
     mapped: Vec<MappedObject>,
-    /// Received data that wait for the next SYNC.
+    /// Received data waiting for the next SYNC.
     waiting: Option<[u8; 8]>,
 }
 
@@ -117,7 +118,7 @@ impl Node {
         }
     }
 
-    /// Closes or opens the enable input of its drive.
+    /// Closes or opens the enable input of the node's drive.
     pub fn set_enable_input(&mut self, is_closed: bool) {
         self.machine.set_enable_input(is_closed);
     }
@@ -128,7 +129,7 @@ impl Node {
         self.complain(out);
     }
 
-    /// Reports an error that has appeared or disappeared.
+    /// Reports an error that has occurred or was cleared.
     fn complain(&mut self, out: &mut Out<'_>) {
         let error = self.machine.error(&self.objects);
         if error != std::mem::replace(&mut self.error, error) {
@@ -137,7 +138,7 @@ impl Node {
         }
     }
 
-    /// Advances time: heartbeats, and an axis without a command.
+    /// Advances time: sends heartbeats, and advances an axis that has no command.
     pub fn go_on(&mut self, span_ns: i64, out: &mut Out<'_>) {
         self.stepped_ns += span_ns;
         self.beaten_ns += span_ns;
@@ -244,7 +245,7 @@ impl Node {
         }
     }
 
-    /// Handles a SYNC: received data take effect, the axis advances, and its measurements are sent.
+    /// Handles a SYNC: applies the received data, advances the axis, and sends its measurements.
     fn synchronise(&mut self, out: &mut Out<'_>) {
         self.apply();
         self.step();

@@ -5,7 +5,7 @@ use super::said::NodeOptions;
 use super::terminals::SwitchedTerminals;
 use cia402::emulated::{Access, Drive, Objects, PRODUCT, VENDOR};
 
-/// Types of nodes: a drive by CiA 402, a module by CiA 401.
+/// Device types of nodes: a CiA 402 drive, a CiA 401 module.
 const DRIVE: u32 = 0x0002_0192;
 const MODULE: u32 = 0x000F_0191;
 

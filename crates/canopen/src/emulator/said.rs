@@ -1,32 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Options of an emulated node, and its messages.
+//! Options of an emulated node, and buffer of the messages that it sends.
 use crate::frame::{FRAME_LEN, Frame};
 use serde::Deserialize;
 use std::collections::VecDeque;
 
-/// Options of an emulated node: a drive, or a module of inputs and outputs.
+/// Options of an emulated node: a drive, or an input and output module.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NodeOptions {
     pub name: String,
-    /// Number on the bus, 1 to 127.
+    /// Node number on the bus, 1 to 127.
     pub node: u8,
     /// Initial position of its axis, counts.
     #[serde(default)]
     pub position: i32,
-    /// True, the default, if the node monitors the heartbeat of its controller.
+    /// True (the default) if the node monitors the heartbeat of its controller.
     pub watchdog: Option<bool>,
-    /// Positions of the limit switches of its machine, counts; omitted: it has none.
+    /// Positions of the limit switches of its machine, counts; if omitted, it has no limit switches.
     pub limits: Option<[f64; 2]>,
-    /// Speed at which a load falls if neither brake nor motor holds it, counts/s; omitted: there is neither load nor brake.
+    /// Speed at which a load falls if neither the brake nor the motor holds it, counts/s; if omitted, there is neither load nor brake.
     pub falls: Option<f64>,
-    /// Serial number; omitted: that of the node.
+    /// Serial number; defaults to the node number.
     pub serial: Option<u32>,
-    /// Numbers of terminals of a module; omitted: the node is a drive.
+    /// Numbers of terminals of a module; if omitted, the node is a drive.
     pub module: Option<Terminals>,
 }
 
-/// The terminals of a module.
+/// Numbers of terminals of a module.
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Terminals {
@@ -35,14 +35,14 @@ pub struct Terminals {
     pub outputs: u8,
     pub analog_inputs: u8,
     pub analog_outputs: u8,
-    /// True if the error values of its analog outputs have 16 bits, not 32.
+    /// True if the error values of its analog outputs have 16 bits instead of 32.
     pub short_error_values: bool,
 }
 
-/// Maximum number of pending messages of its nodes.
+/// Maximum number of pending messages of the nodes.
 pub(super) const SAID_MAX: usize = 4096;
 
-/// Messages of nodes to be put on the line.
+/// Messages from nodes to be put on the line.
 pub(super) struct Out<'a> {
     pub said: &'a mut VecDeque<[u8; FRAME_LEN]>,
     pub lose: &'a mut u64,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Answers the frames of a local socket with an emulated bus: in a thread, or as a separate process.
+//! Answers frames on a local socket with an emulated bus, in a thread or as a separate process.
 use super::bus::Bus;
 use super::said::NodeOptions;
 use crate::frame::{self, Came};
@@ -13,20 +13,20 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Period at which time advances without a controller's time, and at which a server checks for its stop.
+/// Interval at which time advances if no controller sets it, and at which a server checks whether it must stop.
 const NOTICE_MS: i32 = 10;
-/// Time limit for an end to receive the answer that it requested.
+/// Time limit for an endpoint to accept the answer that it requested.
 const LISTENS: Duration = Duration::from_secs(1);
-/// Time for which a time set by a controller takes precedence.
+/// Duration for which a time set by a controller takes precedence.
 const TOLD: Duration = Duration::from_millis(200);
 
-/// A bus that answers until it is dropped.
+/// A bus that answers frames until it is dropped.
 pub type Server = emulated::Server<Bus>;
 
-/// Answers on a local socket (`local:NAME`) in a separate thread.
+/// Answers frames on a local socket (`local:NAME`) in a separate thread.
 ///
 /// # Errors
-/// Fails if the name is taken.
+/// Fails if the name is already in use.
 pub fn serve(interface: &str, bus: Bus) -> io::Result<Server> {
     if !interface.starts_with(LOCAL) {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "an emulated bus answers on local:NAME"));
@@ -35,11 +35,11 @@ pub fn serve(interface: &str, bus: Bus) -> io::Result<Server> {
     Server::start("canopen-bus", bus, move |of, until| Line::new(socket).answer(of, until))
 }
 
-/// The ends on the line.
+/// Endpoints on the line.
 struct Line {
     socket: OwnedFd,
     ends: Vec<End>,
-    /// Time of the controller, and the instant at which it was received.
+    /// Time set by the controller, and the instant at which it was received.
     told: Option<(i64, Instant)>,
     gone_on: Instant,
 }
@@ -85,7 +85,7 @@ impl Line {
         }
     }
 
-    /// Executes a datagram: a frame, or a time up to which everything has to be answered.
+    /// Executes a datagram: a frame, or a time up to which all frames must be answered.
     fn heed(&mut self, bus: &mut Bus, bytes: &[u8], from: &Address) {
         if let Some(heard) = wishes(bytes) {
             self.ends.push(End { at: *from, heard });
@@ -109,7 +109,8 @@ impl Line {
         }
     }
 
-    /// Sends the messages of the nodes to all ends. The requesting end receives them reliably; others miss them if they do not listen.
+    /// Sends the messages of the nodes to all endpoints. The requesting endpoint receives them reliably; others miss them if they are not
+    /// receiving.
     fn pass_on(&mut self, bus: &mut Bus, asker: Option<&Address>) {
         while let Some(bytes) = bus.said() {
             let ends = std::mem::take(&mut self.ends);
@@ -122,7 +123,7 @@ impl Line {
         }
     }
 
-    /// Sends a frame reliably: the queue of a local socket is short, and the end will listen soon.
+    /// Sends a frame reliably: if the short queue of the local socket is full, waits, because the endpoint will read soon.
     fn put_surely(&self, bytes: &[u8], to: &Address) -> io::Result<()> {
         let until = Instant::now() + LISTENS;
         loop {
@@ -133,7 +134,7 @@ impl Line {
         }
     }
 
-    /// Sends to an end.
+    /// Sends a frame to an endpoint.
     fn put(&self, bytes: &[u8], to: &Address) -> io::Result<()> {
         let flags = libc::MSG_DONTWAIT | libc::MSG_NOSIGNAL;
         // SAFETY: the bytes and the address are owned by us during the call, and have these lengths.
@@ -172,9 +173,9 @@ enum Order {
     Show,
 }
 
-/// Runs a process that is a bus. The first line of its input contains its options, `{"interface": "local:x", "nodes": [{"name": "x",
-/// "node": 1}]}`; each further line is a command, `{"do": "power", "node": 1, "on": false}`, answered by a line with the state of the
-/// bus. The process ends with its input.
+/// Main function of a process that emulates a bus. The first line of its input contains its options, `{"interface": "local:x", "nodes":
+/// [{"name": "x", "node": 1}]}`; each subsequent line is a command, `{"do": "power", "node": 1, "on": false}`, which the process answers
+/// with one line that contains the state of the bus. The process exits when its input ends.
 ///
 /// # Errors
 /// Fails with a message.

@@ -10,12 +10,12 @@ const LENGTH: u32 = 0x0607_0010;
 const IN_USE: u32 = 0x0800_0022;
 const TOO_LONG: u32 = 0x0604_0042;
 const NOT_SAVED: u32 = 0x0800_0020;
-/// Maximum length of a value that it accepts.
+/// Maximum length of a value that the server accepts.
 const VALUE_MAX: usize = 256;
-/// The text "save", as expected by an object that stores all others.
+/// Signature "save" expected by the object that stores all others.
 const SAVE: [u8; 4] = *b"save";
 
-/// A transfer of one object at a time.
+/// Server that transfers one object at a time.
 #[derive(Default)]
 pub(super) struct Server {
     doing: Doing,
@@ -26,14 +26,14 @@ pub(super) struct Server {
 enum Doing {
     #[default]
     Nothing,
-    /// Upload: the value, and the number of bytes sent.
+    /// Upload: the value, and the number of bytes already sent.
     Upload(Entry, Vec<u8>, usize),
-    /// Download: the bytes received, and the number still missing.
+    /// Download: the bytes already received, and the number still missing.
     Download(Entry, Vec<u8>, usize),
 }
 
 impl Server {
-    /// Answers a request; returns `None` if no answer is needed.
+    /// Answers a request; returns `None` if the request needs no answer.
     pub fn answer(&mut self, objects: &mut Objects, request: &[u8; 8]) -> Option<[u8; 8]> {
         let of = Entry { index: u16::from_le_bytes([request[1], request[2]]), sub: request[3] };
         let about = match (&self.doing, request[0] >> 5) {
@@ -121,7 +121,7 @@ impl Server {
     }
 }
 
-/// Stores a value, by the rules of CiA 301 for PDOs: a mapping may change only while its PDO is unused.
+/// Stores a value. By the rules of CiA 301 for PDOs, a mapping may be changed only while its PDO is disabled.
 fn store(objects: &mut Objects, of: Entry, value: &[u8]) -> Result<(), u32> {
     let bits = |objects: &Objects, index, sub| objects.find(Entry { index, sub }).map_or(0, |at| objects.bits(at));
     match of.index {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The inputs and outputs of an emulated module, by CiA 401.
+//! The inputs and outputs of an emulated CiA 401 module.
 use super::said::Terminals;
 use cia402::Entry;
 use cia402::emulated::{Access, Handle, Objects};
@@ -11,16 +11,16 @@ pub(super) struct SwitchedTerminals {
     pub error: u16,
 }
 
-/// An object of outputs, and its value if the controller is lost.
+/// An output object, and its value if the controller is lost.
 struct Output {
     at: Handle,
-    /// Mask of the bits that have an error value; for an analog output: whether it has one.
+    /// Mask of the bits that have an error value; for an analog output, whether it has one.
     mode: Handle,
     value: Handle,
     is_digital: bool,
 }
 
-/// Objects of the terminals, digital and analog.
+/// Objects of the digital and analog terminals.
 const INPUTS: u16 = 0x6000;
 const OUTPUTS: u16 = 0x6200;
 const ANALOG_INPUTS: u16 = 0x6401;
@@ -50,7 +50,7 @@ impl SwitchedTerminals {
         self.outputs.extend(all.map(|((at, mode), value)| Output { at: *at, mode: *mode, value: *value, is_digital }));
     }
 
-    /// Sets each output that has an error value to it.
+    /// Sets each output that has an error value to this value.
     pub fn be_safe(&self, objects: &mut Objects) {
         for output in &self.outputs {
             let (now, mode, value) = (objects.number(output.at), objects.number(output.mode), objects.number(output.value));

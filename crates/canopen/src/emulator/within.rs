@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An end of an emulated bus in this process: frames are answered in the same call, and time is that of the exchange.
+//! An endpoint of an emulated bus in this process: frames are answered within the call, and the exchange determines the time.
 use super::bus::Bus;
 use crate::frame::{self, Came, FRAME_LEN, Frame};
 use crate::link::{Link, hears};
@@ -12,18 +12,18 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::time::Duration;
 
-/// Maximum number of frames that an end stores.
+/// Maximum number of frames that an endpoint buffers.
 const ROOM: usize = 4096;
 
-/// A bus and its ends.
+/// A bus and its endpoints.
 pub struct SharedBus {
     inner: Mutex<Inner>,
 }
 
 struct Inner {
     bus: Bus,
-    /// Socket through which other processes send frames: it is connected to itself, so a duplicate can be written even when this process
-    /// has exited.
+    /// Socket through which other processes send frames. It is connected to itself, so that a duplicate can be written even after this
+    /// process has exited.
     outside: Option<UnixDatagram>,
     now_ns: Option<i64>,
     ends: Vec<(u64, End)>,
@@ -98,23 +98,23 @@ impl End {
     }
 }
 
-/// Buses of this process, by the names of their interfaces.
+/// Buses of this process, by interface name.
 static BUSES: Mutex<Vec<(String, Weak<SharedBus>)>> = Mutex::new(Vec::new());
 
-/// Registers a bus under the name of its interface, `emulated:NAME`, for as long as it has an owner.
+/// Registers a bus under its interface name, `emulated:NAME`, as long as it has an owner.
 pub fn publish(name: &str, bus: &Arc<SharedBus>) {
     let mut buses = BUSES.lock().unwrap_or_else(PoisonError::into_inner);
     buses.retain(|(_, bus)| bus.strong_count() > 0);
     buses.push((name.to_owned(), Arc::downgrade(bus)));
 }
 
-/// Returns the bus of that name.
+/// Returns the bus with this name.
 pub fn published(name: &str) -> Option<Arc<SharedBus>> {
     let buses = BUSES.lock().unwrap_or_else(PoisonError::into_inner);
     buses.iter().rev().find(|(of, _)| of == name).and_then(|(_, bus)| bus.upgrade())
 }
 
-/// An end of an emulated bus.
+/// An endpoint of an emulated bus.
 pub struct Within {
     of: Arc<SharedBus>,
     number: u64,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sockets: SocketCAN, and a local one on which an emulated bus answers with the same frames.
+//! Sockets: SocketCAN, and a local socket on which an emulated bus answers with the same frames.
 use super::end::{LOCAL, Link};
 use crate::frame::{self, Came, FRAME_LEN, Frame};
 use forks::Device;
@@ -9,28 +9,28 @@ use std::mem::{size_of, size_of_val, zeroed};
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
 use std::time::{Duration, Instant};
 
-/// Time limit for an emulated bus to answer everything.
+/// Time limit for an emulated bus to answer all frames.
 const SETTLES: Duration = Duration::from_secs(10);
 /// Size of the socket's receive buffer, bytes.
 const ROOM: libc::c_int = 1 << 20;
 
-/// End of a bus on a socket.
+/// Endpoint of a bus on a socket.
 pub struct Socket {
     socket: Device<OwnedFd>,
     is_local: bool,
     overflowed: u32,
-    /// Frames that arrived while the bus was being settled, kept so that none is lost.
+    /// Frames that arrived while the bus was settling, kept so that none are lost.
     kept: std::collections::VecDeque<Came>,
 }
 
-/// Maximum number of frames that are kept.
+/// Maximum number of frames to keep.
 const KEPT_MAX: usize = 4096;
 
 impl Socket {
-    /// Opens the end of a controller.
+    /// Opens the endpoint of a controller.
     ///
     /// # Errors
-    /// Fails if there is no such interface, or no bus answers on that local socket.
+    /// Fails if the interface does not exist, or no bus answers on the local socket.
     pub fn open(name: &str, heard: &[(u16, u16)]) -> io::Result<Socket> {
         match name.strip_prefix(LOCAL) {
             None => Socket::raw(name, heard),
@@ -47,10 +47,10 @@ impl Socket {
         }
     }
 
-    /// Opens the end of a bus on a local socket.
+    /// Opens the endpoint of a bus on a local socket.
     ///
     /// # Errors
-    /// Fails if the name is taken.
+    /// Fails if the name is already in use.
     pub fn answering(name: &str) -> io::Result<OwnedFd> {
         let end = Socket::local()?;
         let (at, len) = local_address(name.strip_prefix(LOCAL).unwrap_or(name));
@@ -106,7 +106,8 @@ impl Socket {
         check(unsafe { libc::bind(self.socket.as_raw_fd(), (&raw const *to).cast(), len as libc::socklen_t) }).map(drop)
     }
 
-    /// Sends at once on a bus. A local socket has a short queue, which its bus is about to read; this call waits for that.
+    /// Sends immediately on a physical bus. A local socket has a short queue, which its bus is about to read; this call waits until there
+    /// is space.
     fn put(&self, bytes: &[u8]) -> io::Result<()> {
         let until = self.is_local.then(|| Instant::now() + SETTLES);
         loop {
@@ -127,7 +128,7 @@ impl Socket {
         if sent < 0 { Err(io::Error::last_os_error()) } else { Ok(()) }
     }
 
-    /// Receives a datagram, with the kernel's count of those for which it had no room.
+    /// Receives a datagram, and updates the count of datagrams that the kernel dropped because the queue was full.
     fn take(&mut self, into: &mut [u8]) -> io::Result<Option<usize>> {
         let mut part = libc::iovec { iov_base: into.as_mut_ptr().cast(), iov_len: into.len() };
         let mut about = [0u64; 8];
@@ -216,20 +217,21 @@ fn check(returned: i32) -> io::Result<i32> {
     if returned < 0 { Err(io::Error::last_os_error()) } else { Ok(returned) }
 }
 
-/// Returns the message that registers an end and its identifiers with an emulated bus; its length differs from that of a frame or a time.
+/// Returns the message that registers an endpoint and its identifiers with an emulated bus; its length differs from those of a frame and
+/// a time.
 fn wish(heard: &[(u16, u16)]) -> Vec<u8> {
     let pairs = heard.iter().flat_map(|(id, mask)| [id.to_ne_bytes(), mask.to_ne_bytes()].concat());
     [0].into_iter().chain(pairs).collect()
 }
 
-/// Returns the identifiers of a new end, or `None` if this is another message.
+/// Returns the identifiers of a new endpoint, or `None` if the bytes are a different message.
 pub fn wishes(bytes: &[u8]) -> Option<Vec<(u16, u16)>> {
     let (pairs, rest) = bytes.get(1..)?.as_chunks::<4>();
     let heard = pairs.iter().map(|[a, b, c, d]| (u16::from_ne_bytes([*a, *b]), u16::from_ne_bytes([*c, *d])));
     (bytes[0] == 0 && rest.is_empty()).then(|| heard.collect())
 }
 
-/// Returns an abstract name, which exists as long as its socket and has no file.
+/// Returns an abstract socket address, which exists as long as its socket and has no file.
 fn local_address(name: &str) -> (libc::sockaddr_un, libc::socklen_t) {
     let text = format!("\0opengpac-canopen-{name}");
     let to = address(&text);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Channels of an axis, and the part from which a joint can be made.
+//! Channels of an axis, and the part from which a joint can be created.
 use super::options::{AxisOptions, CommandKind, Unit};
 use device::{Channel, Command, Layout, Number, Part, Servo, Slot, Type, UNLIMITED};
 
-/// Slots of the channels of an axis.
+/// Offsets of the channels of an axis.
 pub struct Channels {
     pub position: Slot,
     pub velocity: Slot,
@@ -40,7 +40,7 @@ impl Channels {
     }
 }
 
-/// Returns the part from which a joint can be made; an axis that is commanded by velocity has channels only.
+/// Returns the part from which a joint can be created; `None` for a velocity-commanded axis, which has only channels.
 pub fn part(axis: &AxisOptions) -> Option<Part> {
     let command = match axis.mode {
         CommandKind::Position => Command::Position,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The service `home`: its requests to the cycle, and its wait for the result.
+//! The service `home`: its requests to the cycle, and waiting for the result.
 use crate::commander::{Commander, Scale};
 use crate::homing::HomingState;
 use crate::objects::Entry;
@@ -32,12 +32,12 @@ pub const HOME: ServiceWord = ServiceWord {
     moves: true,
 };
 
-/// Default time limit of a search.
+/// Default time limit for homing.
 const TIMEOUT_S: f64 = 60.0;
-/// Interval at which the service checks whether an axis is home.
+/// Interval at which the service checks whether homing is complete.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// Progress of the homing of an axis. The service starts and ends it, the cycle answers.
+/// Progress of the homing of an axis. The service starts and ends homing; the cycle reports its progress.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum HomingProgress {
@@ -64,18 +64,18 @@ impl HomingProgress {
     }
 }
 
-/// Requests of homing services to the axes. A service begins long before its request: a safe state in between ends the service, and a
-/// request after it is not served.
+/// Requests of homing services to the axes. A service begins long before it makes its request: a safe state in between ends the service,
+/// and the cycle ignores any later request from it.
 pub struct Homes {
     asked: Vec<AtomicU8>,
-    /// Number of safe states before the requesting service began.
+    /// Number of safe states entered before the requesting service began.
     begun: Vec<AtomicU64>,
-    /// Number of safe states so far.
+    /// Number of safe states entered so far.
     rests: AtomicU64,
     scales: Vec<Scale>,
 }
 
-/// Beginning of a service: the number of safe states before it.
+/// Start of a service, as the number of safe states entered before it.
 #[derive(Clone, Copy, Debug)]
 pub struct ServiceStart(u64);
 
@@ -89,7 +89,7 @@ impl Homes {
         }
     }
 
-    /// Begins a homing, before anything is sent to the drive. `is_stopped` returns true if an emergency stop is latched.
+    /// Begins homing, before anything is sent to the drive. `is_stopped` returns true if an emergency stop is latched.
     ///
     /// # Errors
     /// Fails with a message if an emergency stop is latched.
@@ -99,13 +99,14 @@ impl Homes {
         if is_stopped() { Err(device::under_a_stop("home").message) } else { Ok(ServiceStart(rests)) }
     }
 
-    /// Notes that the device is brought to its safe state: this ends every homing, and those that have begun make no requests.
+    /// Records that the device is brought to its safe state. This ends all homing, and prevents services that have begun from making
+    /// requests.
     pub fn rest(&self) {
         self.rests.fetch_add(1, Ordering::AcqRel);
         self.end_with(HomingProgress::Stopped);
     }
 
-    /// Returns true if the request to an axis came from a service that a safe state has overtaken.
+    /// Returns true if the request to an axis came from a service that began before the last safe state.
     fn is_overtaken(&self, axis: usize) -> bool {
         self.begun[axis].load(Ordering::Acquire) != self.rests.load(Ordering::Acquire)
     }
@@ -115,7 +116,7 @@ impl Homes {
         HomingProgress::of(self.asked[axis].load(Ordering::Acquire))
     }
 
-    /// Stores the answer of an axis. Real-time safe.
+    /// Stores the progress of an axis. Real-time safe.
     pub fn answer(&self, axis: usize, answer: HomingProgress) {
         self.asked[axis].store(answer as u8, Ordering::Release);
     }
@@ -143,7 +144,7 @@ impl Homes {
         }
     }
 
-    /// Ends every homing.
+    /// Ends all homing.
     pub fn end(&self) {
         self.end_with(HomingProgress::Gone);
     }
@@ -156,7 +157,7 @@ impl Homes {
         }
     }
 
-    /// Returns the objects of a drive that define its homing.
+    /// Returns the object dictionary entries of a drive that define its homing.
     ///
     /// # Errors
     /// Fails with a message if an argument is out of range.
@@ -182,10 +183,10 @@ impl Homes {
         Ok(objects)
     }
 
-    /// Requests an axis to go home, and waits.
+    /// Requests homing of an axis, and waits for it.
     ///
     /// # Errors
-    /// Fails with a message if the axis is not home.
+    /// Fails with a message if homing fails.
     pub fn go(&self, axis: usize, ServiceStart(begun): ServiceStart, arguments: &Value) -> Result<Value, String> {
         let timeout_s = arguments["timeout_s"].as_f64().unwrap_or(TIMEOUT_S);
         if matches!(self.asked(axis), HomingProgress::Home | HomingProgress::GoingOn) {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An axis of a driver on any bus: a driver adds the address of its drive and the transport of bytes.
+//! An axis of a driver, on any bus. A driver adds the address of its drive and the transport of bytes.
 //!
 //! | | |
 //! |---|---|
 //! | [`AxisOptions`], [`check`] | options of an axis, and their refusals |
 //! | [`Axis`] | its channels and the commands to its drive |
-//! | [`Homes`], [`HomingProgress`] | homing: requests of the service to the cycle, and its wait |
-//! | [`ServiceState`], [`Reach`] | services outside the cycle: objects, faults, homing |
+//! | [`Homes`], [`HomingProgress`] | homing: the service's requests to the cycle, and its wait |
+//! | [`ServiceState`], [`Reach`] | services outside the cycle: object dictionary access, fault reset, homing |
 //! | [`held`] | objects that are not written while an emergency stop is latched |
 mod channels;
 mod homing;

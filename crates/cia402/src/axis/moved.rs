@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An axis: converts readings of its drive to channels, and channels to commands to its drive.
+//! An axis: converts readings of its drive to channel values, and channel values to drive commands.
 use super::channels::Channels;
 use super::options::AxisOptions;
 use crate::commander::{Commander, DriveCommand, Scale};
 use crate::states::FOLLOWING_ERROR;
 use device::Layout;
 
-/// Readings of a drive, in its own units; 0 for values that it does not provide.
+/// Readings of a drive, in the drive's own units; 0 for values that it does not provide.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct DriveReadings {
     pub status: u16,
@@ -15,20 +15,20 @@ pub struct DriveReadings {
     /// Torque, thousandths of the rated torque.
     pub torque: i16,
     pub error: u16,
-    /// Present mode of the drive.
+    /// Current mode of the drive.
     pub mode: i8,
 }
 
-/// An axis and its state. Only its creation allocates.
+/// An axis and its state. Allocates only when created.
 pub struct Axis {
     pub name: String,
     pub commander: Commander,
     pub measured: DriveReadings,
-    /// Name in errors: `axis 'x' (node 5)`.
+    /// Name used in errors: `axis 'x' (node 5)`.
     title: String,
-    /// Returns the meaning of an error code.
+    /// Function that returns the meaning of an error code.
     named: fn(u16) -> &'static str,
-    /// Time limit for the drive to reach operation, s.
+    /// Time limit for the drive to reach the state operation enabled, s.
     operating_within_s: f64,
     channels: Channels,
 }
@@ -55,13 +55,13 @@ impl Axis {
         (self.name.clone(), self.title.clone(), self.commander.scale())
     }
 
-    /// Processes readings of the drive.
+    /// Processes readings from the drive.
     pub fn look(&mut self, measured: DriveReadings) {
         self.measured = measured;
         self.commander.see(measured.status, measured.position, measured.mode);
     }
 
-    /// Stores the last readings of the drive.
+    /// Stores the latest readings of the drive.
     pub fn show(&self, readings: &mut [u8]) {
         let Axis { channels, commander, measured, .. } = self;
         channels.position.set_double(readings, 0, commander.position());
@@ -96,7 +96,7 @@ impl Axis {
             .then(|| format!("{title} has left operation by itself: it is in '{state}', error {code:#06x}; check its enable input, then reset the device"))
     }
 
-    /// Describes the state of the axis when its drive has detected a following error, and the remedy.
+    /// Describes the state of the axis after its drive has detected a following error, and the remedy.
     fn following_text(&self) -> String {
         let torque = match self.measured.torque {
             0 => String::new(),
@@ -109,7 +109,7 @@ impl Axis {
         )
     }
 
-    /// Returns the command to the drive until the next cycle, which follows after `span_s`.
+    /// Returns the command to the drive for the next cycle, which starts after `span_s`.
     pub fn tell(&mut self, commands: &[u8], is_engaged: bool, span_s: f64) -> DriveCommand {
         self.commander.tell(self.channels.command.double(commands, 0), is_engaged, span_s)
     }

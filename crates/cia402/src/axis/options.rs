@@ -26,14 +26,14 @@ pub struct AxisOptions {
     /// Counts at position 0.
     #[serde(default)]
     pub offset: f64,
-    /// Output for the brake; omitted if the drive controls it by itself, or if there is none.
+    /// Output for the brake; omitted if the drive controls the brake itself, or if there is no brake.
     pub brake: Option<BrakeOptions>,
-    /// Identity of the drive (object 0x1018), if it is to be compared.
+    /// Identity of the drive (object 0x1018), if it is to be checked.
     pub vendor: Option<u32>,
     pub product: Option<u32>,
     pub revision: Option<u32>,
     pub serial: Option<u32>,
-    /// Time limit for the drive to reach operation after it has been engaged, s.
+    /// Time limit for the drive to reach the state operation enabled after it was engaged, s.
     #[serde(default = "operating_within_s")]
     pub operating_within_s: f64,
 }
@@ -42,7 +42,7 @@ fn operating_within_s() -> f64 {
     3.0
 }
 
-/// Maximum 32-bit number.
+/// Largest 32-bit number.
 const U32: f64 = u32::MAX as f64;
 
 /// Options that an axis has on every bus.
@@ -63,7 +63,7 @@ pub const FIELDS: [OptionWord; 14] = [
     OptionWord::with_default("serial", Kind::Whole, "not compared", "serial number of its drive").within(0.0, U32),
 ];
 
-/// Numbers that identify a device (object 0x1018).
+/// Numeric options that identify a device (object 0x1018).
 pub const IDENTITY: [OptionWord; 4] = [FIELDS[10], FIELDS[11], FIELDS[12], FIELDS[13]];
 
 /// Kind of command of an axis.
@@ -106,7 +106,7 @@ impl AxisOptions {
     }
 }
 
-/// Refuses unknown options of an axis; `own` are those that the bus adds.
+/// Refuses unknown options of an axis; `own` lists those that the bus adds.
 ///
 /// # Errors
 /// Fails with a message.
@@ -115,7 +115,7 @@ pub fn unknown(name: &str, rest: &Map<String, Value>, own: &[&str]) -> Result<()
     Err(format!("'{name}': there is no {field}; an axis has {}, {}", FIELDS.map(|word| word.name).join(", "), own.join(", ")))
 }
 
-/// Refuses impossible options of axes.
+/// Refuses invalid options of axes.
 ///
 /// # Errors
 /// Fails with a message that contains the name of the axis.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tests of a homing that is overtaken by a stop: the drive takes its time to accept objects, and the stop occurs meanwhile.
+//! Tests of a stop that occurs during homing: the drive takes some time to accept objects, and the stop occurs in the meantime.
 use super::homing::HomingProgress;
 use super::services::{Reach, ServiceState};
 use crate::commander::{Commander, Scale};
@@ -12,7 +12,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 const SCALE: Scale = Scale { mode: Mode::Position, counts: 1000.0, offset: 0.0, speed_max: 1.0, rated_torque: 1.0 };
 
-/// A drive that reports the arrival of an object, and accepts it when permitted.
+/// A drive that reports the arrival of an object, and accepts it only when permitted.
 struct HeldDrive {
     came: Sender<()>,
     takes: Receiver<()>,
@@ -50,13 +50,13 @@ impl Rig {
         commander.stop();
     }
 
-    /// Acts as a driver does in each write.
+    /// Performs a write as a driver does.
     fn write(&self, commander: &mut Commander) -> HomingState {
         self.shared.homes.serve(0, commander, true, false);
         commander.homed()
     }
 
-    /// Requests a homing, runs `meanwhile` while its object is on the way, then writes until the service has answered.
+    /// Requests homing, runs `meanwhile` while the object is in transit, then performs writes until the service has answered.
     fn home(&self, meanwhile: impl FnOnce(&mut Commander)) -> (Result<Value, String>, HomingState) {
         let (mut commander, shared) = (Commander::new(SCALE, None), &self.shared);
         let answer = std::thread::scope(|scope| {

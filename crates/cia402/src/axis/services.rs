@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services of a driver of axes, outside its cycle: objects of its drives, faults, homing.
+//! Services of a driver of axes, outside its cycle: object dictionary access, fault reset, homing.
 use super::homing::Homes;
 use super::stopped::held;
 use crate::commander::Scale;
@@ -38,40 +38,40 @@ pub const WRITE_OBJECT: ServiceWord = ServiceWord {
 pub const RESET_FAULT: ServiceWord =
     ServiceWord { name: "reset_fault", doc: "resets the fault of a drive in the next cycle", arguments: &[AXIS], answer: None, moves: false };
 
-/// Returns true if a service checks for emergency stops itself: `write_object`, of which a stop forbids only some objects.
+/// Returns true if a service checks for emergency stops itself: `write_object`, because a stop forbids writing only some objects.
 pub fn is_told_of_stops(service: &str) -> bool {
     service == WRITE_OBJECT.name
 }
 
-/// Access to the objects of the drives, outside the cycle. An axis is identified by its index in the driver.
+/// Access to the object dictionaries of the drives, outside the cycle. An axis is identified by its index in the driver.
 pub trait Reach: Send {
-    /// Reads an object.
+    /// Reads an object dictionary entry.
     ///
     /// # Errors
-    /// Fails with a message if the drive does not answer, or refuses.
+    /// Fails with a message if the drive does not answer or aborts the transfer.
     fn upload(&mut self, axis: usize, of: Entry) -> Result<Vec<u8>, String>;
 
-    /// Writes an object.
+    /// Writes an object dictionary entry.
     ///
     /// # Errors
     /// Fails as [`Reach::upload`] does.
     fn download(&mut self, axis: usize, of: Entry, value: &[u8]) -> Result<(), String>;
 }
 
-/// State that services share with the cycle: a flag for each axis. Their messages use a separate path.
+/// State shared between services and the cycle: a flag for each axis. Messages to the drives use a separate path.
 pub struct ServiceState<R> {
     pub homes: Homes,
     resets: Vec<AtomicBool>,
     names: Vec<String>,
     titles: Vec<String>,
-    /// Refusal if the device is not open.
+    /// Refusal that is returned while the device is not open.
     closed: String,
     reached: Mutex<Option<R>>,
 }
 
 impl<R: Reach> ServiceState<R> {
-    /// Creates the services of these axes, each with its name, its title in errors and its scale. `place` names the object that is not
-    /// open: `the bus on 'can0'`.
+    /// Creates the services of these axes, each with its name, its title for errors and its scale. `place` names the bus in the refusal
+    /// that is returned while the device is not open: `the bus on 'can0'`.
     pub fn new(place: &str, axes: impl Iterator<Item = (String, String, Scale)>) -> ServiceState<R> {
         let (mut names, mut titles, mut scales) = (Vec::new(), Vec::new(), Vec::new());
         for (name, title, scale) in axes {
@@ -89,16 +89,16 @@ impl<R: Reach> ServiceState<R> {
         *self.reached.lock().unwrap_or_else(PoisonError::into_inner) = Some(by);
     }
 
-    /// Drops the access to the drives and ends every homing.
+    /// Drops the access to the drives and ends all homing.
     pub fn leave(&self) {
         self.homes.end();
         *self.reached.lock().unwrap_or_else(PoisonError::into_inner) = None;
     }
 
-    /// Executes an action with the access to an axis.
+    /// Calls `act` with the access to the drives, on behalf of an axis.
     ///
     /// # Errors
-    /// Fails if the device is not open, and with the message of `act`, preceded by the name of the axis.
+    /// Fails if the device is not open, or with the error of `act`, preceded by the name of the axis.
     pub fn on<T>(&self, axis: usize, act: impl FnOnce(&mut R) -> Result<T, String>) -> Result<T, String> {
         let mut reached = self.reached.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(reached) = reached.as_mut() else { return Err(self.closed.clone()) };
@@ -108,7 +108,7 @@ impl<R: Reach> ServiceState<R> {
     /// Returns the axis named in the arguments.
     ///
     /// # Errors
-    /// Fails if there is none of that name.
+    /// Fails if there is no axis with that name.
     pub fn axis(&self, arguments: &Value) -> Result<usize, String> {
         let name = arguments["axis"].as_str().unwrap_or_default();
         self.names.iter().position(|of| of == name).ok_or_else(|| format!("there is no axis '{name}'; the axes are {}", self.names.join(", ")))
@@ -155,7 +155,7 @@ impl<R: Reach> ServiceState<R> {
         self.homes.go(axis, begun, arguments).map_err(titled)
     }
 
-    /// Returns true if a fault of the axis has to be reset, once per request. Real-time safe.
+    /// Returns true, once per request, if a fault of the axis must be reset. Real-time safe.
     pub fn resets(&self, axis: usize) -> bool {
         self.resets[axis].swap(false, Ordering::Relaxed)
     }
@@ -170,7 +170,7 @@ fn may_be_written(of: Entry, is_stopped: &dyn Fn() -> bool) -> Result<(), String
     }
 }
 
-/// Returns the entry named in the arguments by `index` and `sub`.
+/// Returns the object dictionary entry specified by `index` and `sub` in the arguments.
 ///
 /// # Errors
 /// Fails if one of them is out of range.

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Objects that are not written while an emergency stop is latched: those that move a machine, and those that define a node's reaction to
-//! a stop.
+//! Objects that must not be written while an emergency stop is latched: those that move a machine, and those that define a node's
+//! reaction to a stop.
 use crate::objects::Entry;
 
-/// Distance between the objects of consecutive drives in a device with several.
+/// Offset between the objects of consecutive drives in a multi-drive device.
 const OF_A_DRIVE: u16 = 0x800;
 
 /// Returns the name of an object that must not change while an emergency stop is latched; `None` for a setting, which may be written.
 ///
-/// The objects are those of CiA 301, 401, 402 and ETG.1000. Manufacturer-specific objects (0x2000 to 0x5FFF) count as settings: only the
-/// manufacturer knows their effects.
+/// The objects are those of CiA 301, 401, 402 and ETG.1000. Manufacturer-specific objects (0x2000 to 0x5FFF) count as settings, because
+/// only the manufacturer knows their effects.
 pub fn held(of: Entry) -> Option<&'static str> {
     match of.index {
         0x1016 | 0x1029 => Some("its behaviour without its controller"),

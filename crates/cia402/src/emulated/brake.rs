@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The brake of an emulated drive, and a load that falls if nothing holds it.
+//! Brake of an emulated drive, and a load that falls if nothing holds it.
 use super::objects::{Access, Handle, Objects};
 
 /// Bit of the digital outputs that closes the brake.
@@ -20,17 +20,18 @@ impl Brake {
         Brake { outputs, mask, falls: None }
     }
 
-    /// Adds a brake, and a load that falls at this speed, counts/s.
+    /// Adds a brake and a load that falls at this speed, counts/s.
     pub fn set_load(&mut self, falls: Option<f64>) {
         self.falls = falls;
     }
 
-    /// Returns the distance by which the load falls in a time if nothing holds it, counts.
+    /// Returns the distance that the load falls in a given time if nothing holds it, counts.
     pub fn fall(&self, span_s: f64) -> f64 {
         self.falls.unwrap_or(0.0) * span_s
     }
 
-    /// Returns true if the brake holds the axis: as commanded if the main device controls its bit, otherwise whenever the motor does not.
+    /// Returns true if the brake holds the axis: as commanded if the main device controls its bit, otherwise whenever the motor is not
+    /// powered.
     pub fn is_closed(&self, objects: &Objects, is_powered: bool) -> bool {
         let is_told = objects.bits(self.mask) & CLOSED != 0;
         self.falls.is_some() && if is_told { objects.bits(self.outputs) & CLOSED != 0 } else { !is_powered }

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An emulated drive: the state machine and modes of CiA 402, and a motor that follows.
+//! An emulated drive: the state machine and modes of CiA 402, and a motor that follows the targets.
 use super::brake::Brake;
 use super::homing::{Limits, Search};
 use super::objects::{Access, Handle, Objects};
 use crate::states::{DriveState, FOLLOWING_ERROR, Mode, RESET};
 
-/// Vendor of the emulated drives: an unassigned number.
+/// Vendor ID of the emulated drives, which is unassigned.
 pub const VENDOR: u32 = 0x0000_6A1C;
 pub const PRODUCT: u32 = 0x0000_0402;
-/// Faults, in the form of 0x603F.
+/// Faults, as in object 0x603F.
 const COMMUNICATION: u16 = 0x8130;
 const BLOCKED: u16 = 0x7121;
-/// Distance by which an axis moves even if its brake is closed, counts.
+/// Distance that an axis can move while its brake is closed, counts.
 const SLACK: f64 = 2.0;
-/// Minimum quick-stop option with which a drive stays in that state.
+/// Minimum quick-stop option code with which a drive stays in the state "quick stop active".
 const STAYS: i64 = 5;
-/// Acceleration by torque, counts/s² per thousandth of the rated torque; friction reduces velocity, 1/s.
+/// Acceleration caused by torque, counts/s² per thousandth of the rated torque; and friction coefficient, which reduces the velocity,
+/// 1/s.
 const ACCELERATION: f64 = 100.0;
 const FRICTION: f64 = 2.0;
 /// Deceleration at which the drive stops by itself, counts/s².
@@ -32,7 +33,7 @@ pub struct Drive {
     search: Search,
     brake: Brake,
     limits: Limits,
-    /// Offset from a position of the machine to that of the drive, counts.
+    /// Offset from a machine position to the drive's position value, counts.
     origin: f64,
     /// True if the enable input is open: the drive then stays in "switch on disabled".
     is_disabled: bool,
@@ -92,7 +93,7 @@ impl Drive {
         }
     }
 
-    /// Sets the limit switches of the machine, counts relative to the zero at creation.
+    /// Sets the limit switches of the machine, counts relative to the zero position at creation.
     pub fn set_limits(&mut self, limits: Limits) {
         self.limits = limits;
     }
@@ -107,7 +108,7 @@ impl Drive {
         self.is_disabled = !is_closed;
     }
 
-    /// Advances by a time, with the commands in the objects, and stores the measurements.
+    /// Advances by a time span, applying the commands in the objects, and stores the measurements.
     pub fn step(&mut self, objects: &mut Objects, span_s: f64) {
         let control = objects.bits(self.at.control) as u16;
         self.change_state(control, objects);
@@ -214,7 +215,7 @@ impl Drive {
         }
     }
 
-    /// Reacts to the loss of outputs, as a drive does.
+    /// Reacts to the loss of outputs as a drive does.
     pub fn lose_communication(&mut self, objects: &mut Objects) {
         objects.set_number(self.at.control, 0);
         if self.state == DriveState::OperationEnabled {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Homing of an emulated drive, by the methods 1, 2, 17, 18, 33, 34, 35 and 37 of CiA 402.
+//! Homing of an emulated drive, using methods 1, 2, 17, 18, 33, 34, 35 and 37 of CiA 402.
 use super::objects::{Access, Handle, Objects};
 
-/// Counts between index pulses.
+/// Number of counts between index pulses.
 const INDEX: f64 = 4096.0;
 
-/// Positions of the machine's switches, counts relative to the zero at which the drive was created; `None` if it has none.
+/// Positions of the machine's switches, counts relative to the zero position at which the drive was created; `None` without switches.
 pub type Limits = Option<[f64; 2]>;
 
 pub struct Search {
@@ -21,11 +21,11 @@ struct Handles {
     offset: Handle,
 }
 
-/// Phase of the search.
+/// Phase of homing.
 #[derive(Clone, Copy, PartialEq)]
 enum Way {
     Idle,
-    /// Motion to a position of the machine, and then to the next one; counts.
+    /// Motion to a machine position, and from there to the next one; counts.
     Going {
         to: f64,
         then: Option<f64>,
@@ -37,7 +37,7 @@ enum Way {
 /// Motion during a step.
 pub struct HomingMotion {
     pub velocity: f64,
-    /// New position value for the drive's location.
+    /// New position value at the drive's current location.
     pub position: Option<f64>,
 }
 
@@ -61,12 +61,12 @@ impl Search {
         self.way == Way::Failed
     }
 
-    /// Resets the search, because the drive is in another mode.
+    /// Resets homing while the drive is in another mode.
     pub fn leave(&mut self) {
         (self.way, self.had_start) = (Way::Idle, false);
     }
 
-    /// Advances by a time, from this position of the machine.
+    /// Advances by a time span, starting from this machine position.
     pub fn step(&mut self, objects: &Objects, starts: bool, place: f64, limits: Limits, span_s: f64) -> HomingMotion {
         if starts && !self.had_start {
             self.way = way(objects.number(self.at.method) as i8, place, limits);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An emulated drive, for use on the line of an emulated bus, and the server of such a bus.
+//! An emulated drive, for use on an emulated bus, and the server of such a bus.
 mod brake;
 mod drive;
 mod homing;

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The objects of an emulated drive.
+//! Object dictionary of an emulated drive.
 use crate::objects::Entry;
 
-/// Access to an object from outside.
+/// Access to an object by the main device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     Constant,
-    /// Written by the drive only.
+    /// Written only by the drive.
     Measured,
     Written,
     /// Written by the main device in PREOP.
@@ -28,13 +28,13 @@ const TOO_LONG: u32 = 0x0607_0012;
 const TOO_SHORT: u32 = 0x0607_0013;
 const NOT_MAPPABLE: u32 = 0x0604_0041;
 
-/// Objects, by index and subindex. Values keep their length.
+/// Objects by index and subindex. The length of a value never changes.
 #[derive(Default)]
 pub struct Objects {
     all: Vec<Object>,
 }
 
-/// Location of an object.
+/// Location of an object in the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Handle(usize);
 
@@ -51,7 +51,7 @@ impl Objects {
         Handle(self.all.len() - 1)
     }
 
-    /// Returns the object at an entry, or an abort code.
+    /// Returns the object at an index and subindex, or an abort code.
     pub fn find(&self, of: Entry) -> Result<Handle, u32> {
         let found = self.all.iter().position(|object| object.of == of).map(Handle);
         let is_known = || self.all.iter().any(|object| object.of.index == of.index);
@@ -87,7 +87,7 @@ impl Objects {
         self.all[at.0].value.copy_from_slice(value);
     }
 
-    /// Writes a value from outside, or returns the abort code of a refusal.
+    /// Writes a value on behalf of the main device; fails with the abort code if this is refused.
     pub fn write(&mut self, of: Entry, value: &[u8], in_preop: bool) -> Result<(), u32> {
         let at = self.find(of)?;
         let object = &self.all[at.0];
@@ -109,8 +109,8 @@ impl Objects {
         Ok(())
     }
 
-    /// Returns the objects mapped by a direction's assignment (0x1C12 outputs, 0x1C13 inputs), in order; `None` if one of them does not
-    /// exist.
+    /// Returns the objects mapped by the PDO assignment of a direction (0x1C12 outputs, 0x1C13 inputs), in order; `None` if one of them
+    /// does not exist.
     pub fn mapping(&self, assignment: u16) -> Option<Vec<MappedObject>> {
         let count = |index| self.find(Entry { index, sub: 0 }).ok().map(|at| self.bits(at));
         let at = |index, sub: u32| self.find(Entry { index, sub: sub as u8 }).ok().map(|at| self.bits(at));
@@ -124,7 +124,7 @@ impl Objects {
         Some(mapped)
     }
 
-    /// Parses index, subindex and bits from one number.
+    /// Parses an index, subindex and length in bits packed into one number.
     fn mapped(&self, word: u32) -> Option<MappedObject> {
         let of = self.find(Entry { index: (word >> 16) as u16, sub: (word >> 8) as u8 }).ok()?;
         let len = self.value(of).len();

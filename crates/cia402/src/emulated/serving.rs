@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Serves an emulated bus: in a thread of this process, or as a separate process that receives commands.
+//! Serves an emulated bus, in a thread of this process or as a separate process that receives commands.
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
 use std::io::{self, BufRead, Write};
@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-/// A bus that answers until it is dropped.
+/// A bus that answers frames until it is dropped.
 pub struct Server<B> {
     bus: Arc<Mutex<B>>,
     stop: Arc<AtomicBool>,
@@ -15,10 +15,10 @@ pub struct Server<B> {
 }
 
 impl<B: Send + 'static> Server<B> {
-    /// Runs `answer` for the bus in a thread of this name, until it has to stop.
+    /// Runs `answer` for the bus in a thread with this name until it must stop.
     ///
     /// # Errors
-    /// Fails if no thread can be created.
+    /// Fails if the thread cannot be created.
     pub fn start(name: &str, bus: B, answer: impl FnOnce(&Mutex<B>, &AtomicBool) + Send + 'static) -> io::Result<Server<B>> {
         let (bus, stop) = (Arc::new(Mutex::new(bus)), Arc::new(AtomicBool::new(false)));
         let (of, until) = (bus.clone(), stop.clone());
@@ -28,7 +28,7 @@ impl<B: Send + 'static> Server<B> {
 }
 
 impl<B> Server<B> {
-    /// Locks the bus, to change or to inspect it.
+    /// Locks the bus so that it can be changed or inspected.
     pub fn lock(&self) -> MutexGuard<'_, B> {
         self.bus.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -43,11 +43,12 @@ impl<B> Drop for Server<B> {
     }
 }
 
-/// Runs a process that is a bus. `serve` starts it from its options, which are the first line of the input; each further line is a
-/// command, which `carry_out` executes on the bus, and which is answered by a line that `show` creates. The process ends with its input.
+/// Main function of a process that emulates a bus. `serve` starts the bus from its options, which are the first line of the input. Each
+/// subsequent line is a command; `carry_out` executes it on the bus, and the process answers it with a line that `show` creates. The
+/// process exits when its input ends.
 ///
 /// # Errors
-/// Fails with a message if the options are wrong, or the bus cannot be served.
+/// Fails with a message if the options are invalid or the bus cannot be served.
 pub fn serve_orders<B, Options: DeserializeOwned, Order: DeserializeOwned>(
     serve: impl FnOnce(Options) -> Result<Server<B>, String>,
     carry_out: impl Fn(&mut B, &Order),

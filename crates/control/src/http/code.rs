@@ -18,7 +18,7 @@ use model::refusal::Class;
 use serde_json::json;
 use std::time::Duration;
 
-/// Time limit for a file to arrive.
+/// Time limit for receiving a file.
 const FILE_TIME: Duration = Duration::from_secs(120);
 
 pub(super) async fn module(

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Requests that concern command: query, take, request, and hand over.
+//! Requests that concern command: query, take, request and hand over.
 use crate::http::request::{Answer, BODY_TIME, ServiceState, apart, body};
 use crate::http::sessions::to_stop;
 use crate::presence::{needed, present};
@@ -29,11 +29,11 @@ pub(super) async fn holder(State(service): ServiceState) -> Json<Value> {
     told(&service)
 }
 
-/// A request about the command of a session: its body, its action, and the name of the action in the audit file and the log.
+/// A request that concerns the command of a session: its body, its action, and the name of the action in the audit file and the log.
 struct About {
     name: &'static str,
     lane: Lane,
-    /// Session to which the record refers, instead of the system.
+    /// Returns the session that the record names, as opposed to the system.
     of: fn(&Value) -> String,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Common part of all requests: reads bodies within limits of size and time, and runs requests on the threads of their lanes.
+//! Common part of all requests: reads bodies within limits of size and time, and runs each request on a thread of its lane.
 use crate::refused::RefusedRequest;
 use axum::Json;
 use axum::body::{Body, Bytes, HttpBody};
@@ -19,7 +19,7 @@ use std::time::Duration;
 pub(crate) type ServiceState = State<Arc<Service>>;
 pub(super) type Answer = Result<Json<Value>, RefusedRequest>;
 
-/// Time limit for a body to arrive.
+/// Time limit for receiving a body.
 pub(super) const BODY_TIME: Duration = Duration::from_secs(10);
 
 /// Reads a body of at most `most` bytes.
@@ -28,7 +28,7 @@ pub(super) async fn body(body: Body, most: usize, time: Duration) -> Result<Byte
     tokio::time::timeout(time, collect(body, most)).await.map_err(late)?
 }
 
-/// Collects a body. The rest of a body that is too large is read too, up to a limit, so that its sender receives the refusal.
+/// Collects a body. The rest of an oversized body is also read, up to a limit, so that the sender receives the refusal.
 async fn collect(mut body: Body, most: usize) -> Result<Bytes, Failure> {
     let refused = || Failure::new(Class::LimitExceeded, format!("the body has more than {most} bytes, or was interrupted"), "send less at once");
     let (mut text, mut size) = (Vec::new(), 0);
@@ -44,7 +44,7 @@ async fn collect(mut body: Body, most: usize) -> Result<Bytes, Failure> {
     if size > most { Err(refused()) } else { Ok(text.into()) }
 }
 
-/// Reads the body of a call, and claims its share of the memory for the bodies of all callers.
+/// Reads the body of a call, and claims its share of the memory reserved for the bodies of all callers.
 pub(super) async fn roomy(service: &Service, caller: &Caller, given: Body, most: usize) -> Result<(Bytes, Option<Share>), Failure> {
     let size = given.size_hint().upper().and_then(|size| usize::try_from(size).ok()).unwrap_or(most).min(most);
     let share = if size > SMALL { Some(service.lanes.bodies.take(caller, size)?) } else { None };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Requests that concern sessions: who is present, and which end reports are pending.
+//! Requests that concern sessions: which are present, and which end reports are pending.
 use crate::http::request::{Answer, BODY_TIME, ServiceState, apart, body};
 use crate::presence::{SessionHold, needed, present};
 use api::Role;
@@ -19,10 +19,10 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 use std::time::Duration;
 
-/// Period at which a held connection checks that its session still exists.
+/// Period at which a connection that holds a session checks that the session still exists.
 const HOLD_LOOK: Duration = Duration::from_millis(100);
 
-/// Returns the lane of requests that lead to a stop.
+/// Returns the lane for requests that lead to a stop.
 pub(super) fn to_stop(caller: &Caller) -> Lane {
     if caller.role >= Role::Operate { Lane::Stop } else { Lane::Usual }
 }

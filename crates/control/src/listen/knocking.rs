@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Panels that connect while hundreds of addresses flood the listener, in simulated time: every run has the same order of events.
+//! Tests panels that connect while hundreds of addresses flood the listener. Time is simulated, so the order of events is the same in
+//! every run.
 use super::*;
 use api::Role;
 use axum::Extension;
@@ -12,13 +13,13 @@ use tokio_rustls::TlsConnector;
 
 /// Number of addresses that flood the listener.
 const ADDRESSES: u16 = 500;
-/// Connections that each of them holds open at a time.
+/// Number of connections that each of these addresses holds open at a time.
 const OPEN_EACH: u16 = 3;
-/// Pause of a flooding client before it reconnects.
+/// Delay before a flooding client reconnects.
 const AGAIN: Duration = Duration::from_millis(100);
-/// Time within which a panel is admitted.
+/// Time limit for the admission of a panel.
 const PANEL_MAX: Duration = Duration::from_secs(1);
-/// Head of a TLS record that announces a greeting of 512 bytes.
+/// Header of a TLS record that declares a ClientHello of 512 bytes.
 const BEGINS: [u8; 5] = [22, 3, 1, 2, 0];
 
 /// A listener with TLS but without a socket.
@@ -53,7 +54,7 @@ impl Door {
         }
     }
 
-    /// Returns the client's end of a newly accepted connection.
+    /// Accepts a new connection and returns the client's end.
     fn accept(&self, from: IpAddr) -> DuplexStream {
         let (client, server) = tokio::io::duplex(16 << 10);
         let slot = self.slots.enter(from);
@@ -62,7 +63,7 @@ impl Door {
         client
     }
 
-    /// Floods from one address without end: each connection stays until it gives way or `stays` has passed, and is then replaced.
+    /// Floods from one address endlessly: each connection stays until it gives way or `stays` has elapsed, and is then replaced.
     async fn knock(self, from: IpAddr, speaks: bool, stays: Duration) {
         loop {
             let mut stream = self.accept(from);
@@ -74,7 +75,7 @@ impl Door {
         }
     }
 
-    /// Connects as a panel at a one-way delay of `away`. Returns the answer, empty if the panel is not admitted, and the stream.
+    /// Connects as a panel with a one-way delay of `away`. Returns the answer (empty if the panel is not admitted) and the stream.
     async fn come(&self, from: IpAddr, away: Duration) -> (String, Option<tokio_rustls::client::TlsStream<DuplexStream>>) {
         let (near, far) = tokio::io::duplex(16 << 10);
         // The link behaves like a proxy that accepts at once: the greeting arrives later than the connection.
@@ -87,7 +88,7 @@ impl Door {
     }
 }
 
-/// Makes one request over a persistent connection.
+/// Makes a request over a persistent connection.
 async fn ask(stream: &mut tokio_rustls::client::TlsStream<DuplexStream>) -> String {
     let mut answer = [0; 1024];
     let asked = stream.write_all(b"GET / HTTP/1.1\r\nhost: localhost\r\n\r\n").await;
@@ -128,8 +129,8 @@ fn address(number: u16) -> IpAddr {
     IpAddr::from([10, 1, (number >> 8) as u8, number as u8])
 }
 
-/// Connects panels that are 5 to 50 ms away, each from an address of its own, during a flood from all other addresses. Each gets in, and
-/// connections that were authenticated before stay.
+/// Connects panels with one-way delays of 5 to 50 ms, each from a separate address, during a flood from all other addresses. Checks that
+/// each is admitted, and that connections authenticated earlier are kept.
 async fn panels_get_in(speaks: bool, stays: Duration) {
     let door = Door::new();
     let (before, known) = door.come(IpAddr::from([10, 9, 9, 9]), Duration::from_millis(20)).await;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Compaction: definitions and modules replaced by later ones are dropped unless something still uses them when the daemon restarts.
+//! Compaction: definitions and modules that later ones have replaced are dropped, unless they are still used when the daemon restarts.
 use crate::journal::ledger::Ledger;
 use crate::journal::lines::Line;
 use serde_json::{Map, Value as Json};
@@ -8,15 +8,15 @@ use std::collections::{HashMap, HashSet};
 /// Kind and name of a definition.
 type Key = (&'static str, String);
 
-/// Definition made by a line, if any, and all names in the line.
+/// Definition made by a line, if any, and all names that occur in the line.
 struct NamesOfLine {
     defines: Option<Key>,
     names: HashSet<String>,
 }
 
 impl Ledger {
-    /// Drops each definition and module that a later one of its name replaced, unless a line between the two names it. Returns the number
-    /// of lines dropped. Works backwards, because a dropped line no longer names anything.
+    /// Drops each definition and module that was replaced by a later one with the same name, unless a line between the two refers to it.
+    /// Returns the number of lines dropped. Works backwards, because the names in a dropped line no longer count.
     pub fn leave_old_definitions(&mut self) -> usize {
         let mut lines: Vec<Option<NamesOfLine>> = self.lines().map(|kept| Some(NamesOfLine::of(&kept.line))).collect();
         // For each definition: the line that replaces it, going backwards.
@@ -56,7 +56,7 @@ impl NamesOfLine {
     }
 }
 
-/// Collects all texts of a call, and their parts before the first dot: `gain.fast` names the module `gain`.
+/// Collects all strings in a call, and the part of each before the first dot: `gain.fast` refers to the module `gain`.
 fn collect(arguments: &Map<String, Json>, names: &mut HashSet<String>) {
     let mut left: Vec<&Json> = arguments.values().collect();
     let mut take = |text: &str| {

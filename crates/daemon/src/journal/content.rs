@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Content that calls refer to and that is too large for a line of a journal: code modules and model files, stored by SHA-256 in a folder
-//! next to it.
+//! Content to which calls refer and which is too large for a line of a journal: code modules and model files, stored by SHA-256 digest in
+//! a folder next to it.
 use crate::journal::file;
 use crate::requests::is_sha256;
 use std::collections::BTreeSet;
@@ -15,14 +15,14 @@ pub struct Content {
 }
 
 impl Content {
-    /// Opens the folder of this journal: `cell.journal.files`, mode 0700.
+    /// Opens the content folder of a journal: `cell.journal.files`, mode 0700.
     pub fn beside(journal: &Path) -> io::Result<Content> {
         let folder = file::beside(journal, "files");
         DirBuilder::new().recursive(true).mode(0o700).create(&folder)?;
         Ok(Content { folder })
     }
 
-    /// Stores content under its digest; it is on disk when this returns.
+    /// Stores content under its digest. The content is on disk when this returns.
     pub fn keep(&self, sha256: &str, bytes: &[u8]) -> io::Result<()> {
         let path = self.folder.join(sha256);
         if path.exists() {
@@ -46,7 +46,7 @@ impl Content {
         fs::read(self.folder.join(sha256))
     }
 
-    /// Removes all content except these digests.
+    /// Deletes all content except that with these digests.
     pub fn leave(&self, needed: &BTreeSet<String>) {
         for entry in fs::read_dir(&self.folder).into_iter().flatten().flatten() {
             let name = entry.file_name();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! File of a journal: used exclusively by one daemon, synced after each appended line, and rewritten as a whole via a new file.
+//! File of a journal: used exclusively by one daemon, synced after each appended line, and rewritten as a whole by replacing it with a
+//! new file.
 use crate::journal::lines::{Head, text};
 use rustix::fs::{FallocateFlags, fallocate};
 use rustix::io::Errno;
@@ -9,19 +10,19 @@ use std::io::{self, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 
-/// Room reserved in addition to the requested line, bytes.
+/// Space reserved in addition to the requested line, bytes.
 const AHEAD: u64 = 64 << 10;
 
 /// An open journal file. Dropping it closes the file and makes it available to another daemon.
 pub struct LogFile {
     path: PathBuf,
-    /// Lock held for the lifetime of this object; a separate file, because the journal file is replaced.
+    /// Lock, held for the lifetime of this object. It is on a separate file, because the journal file is replaced.
     _lock: File,
     file: File,
-    /// Length of the file in bytes, and end of the reserved room.
+    /// Length of the file, and end of the reserved space, bytes.
     len: u64,
     reserved: u64,
-    /// Length when it was last rewritten as a whole, bytes.
+    /// Length of the file when it was last rewritten as a whole, bytes.
     rewritten: u64,
 }
 
@@ -33,7 +34,7 @@ pub enum Unavailable {
     Failed(io::Error),
 }
 
-/// Locks a journal, and returns the lock and the existing bytes; `None` if there is no file, or an empty one.
+/// Locks a journal, and returns the lock and the existing bytes; `None` if the file does not exist or is empty.
 pub fn lock(path: &Path) -> Result<(File, Option<Vec<u8>>), Unavailable> {
     let lock = OpenOptions::new().write(true).create(true).truncate(false).mode(0o600).open(beside(path, "lock")).map_err(Unavailable::Failed)?;
     lock.try_lock().map_err(|why| match why {
@@ -49,7 +50,8 @@ pub fn lock(path: &Path) -> Result<(File, Option<Vec<u8>>), Unavailable> {
     }
 }
 
-/// Refuses a file or folder that another user of the machine can change: anyone who can write the journal controls the next start.
+/// Refuses a file or folder that another user of the machine can change, because anyone who can write the journal controls the next
+/// start.
 fn refuse_open(path: &Path) -> io::Result<()> {
     let about = match std::fs::metadata(path) {
         Err(why) if why.kind() == io::ErrorKind::NotFound => return Ok(()),
@@ -78,7 +80,7 @@ fn refuse_folder(path: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Returns the path of an accompanying file: `cell.journal` → `cell.journal.lock`.
+/// Returns the path of a file that accompanies another one: `cell.journal` → `cell.journal.lock`.
 pub fn beside(path: &Path, what: &str) -> PathBuf {
     let mut name = path.as_os_str().to_owned();
     name.push(".");
@@ -86,7 +88,7 @@ pub fn beside(path: &Path, what: &str) -> PathBuf {
     name.into()
 }
 
-/// Returns the folder of a file.
+/// Returns the folder that contains a file.
 pub fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
@@ -98,7 +100,7 @@ impl LogFile {
         Ok(LogFile { path: path.to_owned(), _lock: lock, file, len, reserved: len, rewritten: len })
     }
 
-    /// Reserves room for a line of this many bytes, so that it can be appended after its call. Fails if there is no room.
+    /// Reserves space for a line of this many bytes, so that it can be appended after its call. Fails if the disk is full.
     pub fn reserve(&mut self, bytes: u64) -> io::Result<()> {
         let needed = self.len + bytes;
         if needed <= self.reserved {
@@ -114,7 +116,7 @@ impl LogFile {
         Ok(())
     }
 
-    /// Appends a line; it is on disk when this returns.
+    /// Appends a line. The line is on disk when this returns.
     pub fn append(&mut self, line: &impl Serialize) -> io::Result<()> {
         let text = text(line);
         self.file.write_all(&text)?;
@@ -123,14 +125,14 @@ impl LogFile {
         Ok(())
     }
 
-    /// Replaces the contents of the file by these lines.
+    /// Replaces the contents of the file with these lines.
     pub fn rewrite<'a, T: Serialize + 'a>(&mut self, head: &Head, lines: impl Iterator<Item = &'a T>) -> io::Result<()> {
         let (file, len) = write_whole(&self.path, head, lines)?;
         (self.file, self.len, self.reserved, self.rewritten) = (file, len, len, len);
         Ok(())
     }
 
-    /// Returns true if the file has grown so much that most of it is probably obsolete.
+    /// Returns true if the file has grown so much that most of its content is probably obsolete.
     pub fn has_grown(&self) -> bool {
         self.len > 4 * self.rewritten.max(1 << 20)
     }

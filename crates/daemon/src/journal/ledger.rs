@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ledger of a journal: the lines that still count, without those that cancelled each other out, in replay order.
+//! Ledger of a journal: the lines that still count, in replay order, without those that cancelled each other out.
 use crate::journal::lines::{Line, State, Subject};
 use api::{Call, Effect};
 use serde_json::{Map, Value as Json};
@@ -20,7 +20,7 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Computes the ledger of these lines. Fails with the number of a line that refers to no previous one, and the reason.
+    /// Computes the ledger of these lines. Fails with the number of a line that does not refer to a previous one, and the reason.
     pub fn of(lines: impl IntoIterator<Item = (usize, Line)>) -> Result<Ledger, (usize, String)> {
         let mut ledger = Ledger::default();
         for (at, line) in lines {
@@ -29,7 +29,7 @@ impl Ledger {
         Ok(ledger)
     }
 
-    /// Returns an instance number not used in this journal since it was read.
+    /// Returns an instance number that has not been used in this journal since it was read.
     pub fn fresh(&mut self) -> u64 {
         self.next += 1;
         self.next
@@ -40,7 +40,7 @@ impl Ledger {
         self.kept.iter()
     }
 
-    /// Keeps the lines for which `keep` returns true. Calls `keep` in the order of the lines.
+    /// Keeps the lines for which `keep` returns true. `keep` is called in line order.
     pub(crate) fn retain(&mut self, keep: impl FnMut(&LedgerEntry) -> bool) {
         self.kept.retain(keep);
     }
@@ -55,7 +55,7 @@ impl Ledger {
         self.started(subject).is_some()
     }
 
-    /// Returns true if the subject runs and is suspended.
+    /// Returns true if the subject is running and suspended.
     pub fn is_suspended(&self, subject: &Subject) -> bool {
         self.kept.iter().any(|kept| matches!(&kept.line, Line::Became { of, state: State::Suspended } if of == subject))
     }
@@ -70,7 +70,8 @@ impl Ledger {
         self.kept.iter().find_map(|kept| if let Line::Stopped { reason } = &kept.line { Some(reason.as_str()) } else { None })
     }
 
-    /// Adds a line, which is kept or removes others. Fails if it refers to an instance that no previous line created.
+    /// Adds a line: either keeps it, or removes the lines that it cancels. Fails if it refers to an instance that was not created by a
+    /// previous line.
     pub fn take(&mut self, at: usize, line: Line) -> Result<(), String> {
         match line {
             Line::Became { of, state } => self.became(at, of, state),
@@ -124,8 +125,8 @@ impl Ledger {
         Ok(())
     }
 
-    /// Drops instances of sessions that were lost with the daemon, unless they must run again: after a restart all earlier sessions are
-    /// lost, and instances of a lost session are deleted when they have ended. Returns the number dropped.
+    /// Drops instances of sessions that were lost with the daemon, unless they must run again. After a restart, all earlier sessions are
+    /// lost, and instances of a lost session are deleted when they have ended. Returns the number of instances dropped.
     pub fn leave_lost(&mut self) -> usize {
         let lost = |kept: &LedgerEntry| match &kept.line {
             Line::Call { call, of: Some(of), by, .. } if creates(call) && !by.session.is_empty() => Some(of.clone()),
@@ -179,7 +180,7 @@ impl Ledger {
         }
     }
 
-    /// Merges new values into those set before.
+    /// Merges new values into those that were set before.
     fn set(&mut self, at: usize, subject: &Subject, line: Line) {
         let is_set =
             |kept: &&mut LedgerEntry| matches!(&kept.line, Line::Call { call, of: Some(of), .. } if effect(call) == Effect::TunesInstance && of == subject);
@@ -229,7 +230,7 @@ pub(crate) fn effect(call: &str) -> Effect {
     api::find(call).map_or(Effect::None, |call| call.effect)
 }
 
-/// Returns true if a call of a line creates an instance.
+/// Returns true if the call of a line creates an instance.
 pub(crate) fn creates(call: &str) -> bool {
     effect(call) == Effect::CreatesInstance
 }
@@ -242,7 +243,7 @@ fn starting(line: &Line) -> Option<&Subject> {
     }
 }
 
-/// Returns the call whose item the call `deletes` deletes, and its argument that names the item.
+/// Returns the call whose item is deleted by the call `deletes`, and the argument of that call that names the item.
 fn gone_with(maker: &'static Call, deletes: &str) -> Option<(&'static str, &'static str)> {
     maker.journal.goes_with.filter(|(with, _)| *with == deletes).map(|(_, by)| (maker.name, by))
 }
@@ -251,7 +252,7 @@ fn is_call(line: &Line, name: &str, of: &[(&str, Option<&Json>)]) -> bool {
     matches!(line, Line::Call { call, arguments, .. } if call == name && of.iter().all(|(key, value)| arguments.get(*key) == *value))
 }
 
-/// Returns true if both are equal, including the order of names, on which lists of commands depend.
+/// Returns true if two argument maps are equal, including the order of their names, on which lists of commands depend.
 fn same(have: &Map<String, Json>, given: &Map<String, Json>) -> bool {
     serde_json::to_string(have).ok() == serde_json::to_string(given).ok()
 }

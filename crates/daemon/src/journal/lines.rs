@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Form of a journal's lines, and their parser. All functions are pure.
+//! Format of the journal's lines, and a parser for them. All functions are pure.
 use api::Role;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
@@ -15,11 +15,11 @@ pub const VERSION: u32 = 1;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Head {
-    /// `opengpac journal`.
+    /// Format of the file: `opengpac journal`.
     pub format: String,
     /// Version of the lines.
     pub version: u32,
-    /// Name of the system that the calls were made on.
+    /// Name of the system on which the calls were made.
     pub system: String,
 }
 
@@ -27,7 +27,7 @@ pub struct Head {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Subject {
-    /// A verb instance, by its number in the journal; its actual number differs in each run of the daemon.
+    /// A verb instance, by its number in the journal; its actual number differs between runs of the daemon.
     Instance(u64),
     /// The own verb of a logical device.
     Device(String),
@@ -53,7 +53,7 @@ pub struct By {
     pub role: Role,
     /// Name of the session that owns the instance; empty if there is none or it was closed.
     pub session: String,
-    /// Time of the call, s since 1970.
+    /// Time of the call, s since the Unix epoch.
     pub time: f64,
 }
 
@@ -68,24 +68,24 @@ pub enum Line {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         of: Option<Subject>,
         arguments: Map<String, Json>,
-        /// Secret arguments, which a journal must not contain. Such a call is not repeated.
+        /// Names of secret arguments, which a journal must not contain. Such a call is not repeated.
         #[serde(default, skip_serializing_if = "Vec::is_empty")]
         withheld: Vec<String>,
         by: By,
     },
-    /// A downloaded code module; its bytes are stored next to the journal under their SHA-256.
+    /// A downloaded code module; its bytes are stored next to the journal under their SHA-256 digest.
     Module { module: String, file: String, sha256: String, by: By },
-    /// A running subject stopped or resumed.
+    /// A running subject was stopped or resumed.
     Became { of: Subject, state: State },
     /// The emergency stop was latched for this reason.
     Stopped { reason: String },
     /// The latch was released.
     Reset {},
-    /// A session was closed in order: its subjects lose their owner and continue.
+    /// A session was closed in an orderly way: its subjects lose their owner and continue.
     Closed { session: String },
 }
 
-/// A journal as read from the file.
+/// A journal read from a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JournalText {
     pub head: Head,
@@ -95,7 +95,7 @@ pub struct JournalText {
     pub cut: Option<usize>,
 }
 
-/// Damage that makes a journal unreadable.
+/// Damage that makes a journal impossible to read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Damage {
     /// Number of the line, counted from 1.
@@ -103,7 +103,7 @@ pub struct Damage {
     pub why: String,
 }
 
-/// Parses a journal. Only an unterminated last line may be broken, because a crash during a write leaves one.
+/// Parses a journal. Only an unterminated last line may be invalid, because a crash during a write leaves one.
 pub fn read(bytes: &[u8]) -> Result<JournalText, Damage> {
     let (whole, rest) = bytes.split_at(bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1));
     let mut texts = whole.strip_suffix(b"\n").unwrap_or(whole).split(|byte| *byte == b'\n').enumerate().map(|(at, text)| (at + 1, text));

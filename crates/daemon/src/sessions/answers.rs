@@ -9,26 +9,26 @@ use supervisor::{InstanceState, Report};
 /// An end report that is kept for its session.
 #[derive(Clone, Debug, Serialize, JsonSchema)]
 pub struct KeptReport {
-    /// Number of the end, counted over the system.
+    /// Number of the end, unique within the system.
     pub number: u64,
     /// Verb instance.
     pub instance: u64,
     pub report: Report,
-    /// True if it was part of an answer; it is dropped when the session shows that it has received that.
+    /// True if the report was part of an answer. It is dropped once the session shows that it has received the answer.
     #[serde(skip)]
     pub(super) told: bool,
 }
 
-/// Answer to an opened session.
+/// Answer to a request that opens a session.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct OpenedSession {
     /// ID of the session, for the header `OpenGPAC-Session`.
     pub session: String,
     pub name: String,
     pub role: Role,
-    /// Required period of its signs of life, ms.
+    /// Maximum interval between the session's signs of life, ms.
     pub heartbeat_ms: u64,
-    /// Time without a sign of life after which the session counts as lost, ms.
+    /// Time without a sign of life after which the session is considered lost, ms.
     pub lost_after_ms: u64,
     /// True if the session existed before and was lost.
     pub returned: bool,
@@ -40,7 +40,7 @@ pub struct OpenedSession {
     pub lost_reports: u64,
 }
 
-/// A line of the list of sessions.
+/// An entry in the list of sessions.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct SessionInfo {
     pub name: String,
@@ -54,12 +54,12 @@ pub struct SessionInfo {
     /// True if the session has command.
     pub commands: bool,
     pub alive: bool,
-    /// True if a connection holds the session: if the connection breaks, the session is lost at once.
+    /// True if a connection holds the session, in which case the session is lost as soon as the connection breaks.
     pub held: bool,
     pub kept_reports: usize,
 }
 
-/// An opened session, with the still existing instances that it has started.
+/// An opened session, with the instances started by it that still exist.
 #[derive(Debug, Serialize, JsonSchema)]
 #[schemars(rename = "Returned")]
 pub struct SessionAnswer {
@@ -76,18 +76,18 @@ pub struct SessionInstance {
     pub state: InstanceState,
 }
 
-/// Holder of command, pending requests, and the outcomes of the last requests.
+/// Holder of command, pending requests, and the outcomes of the most recent requests.
 #[derive(Debug, Serialize, JsonSchema)]
 pub struct Holder {
     /// Name of the session that has command; null if none does.
     pub holder: Option<String>,
     /// Caller of that session: a user, a token or a certificate.
     pub who: Option<String>,
-    /// Name of its person, if provided.
+    /// Name of that session's person, if provided.
     pub person: Option<String>,
     /// Pending requests for command, oldest first.
     pub requests: Vec<Asks>,
-    /// Last completed requests, oldest first.
+    /// Most recently completed requests, oldest first.
     pub settled: Vec<SettledRequest>,
 }
 
@@ -95,20 +95,20 @@ pub struct Holder {
 #[derive(Debug, Serialize, JsonSchema)]
 #[schemars(rename = "AskingSession")]
 pub struct Asks {
-    /// Number of the request, counted over the system.
+    /// Number of the request, unique within the system.
     pub number: u64,
     /// Session that made the request.
     pub name: String,
     /// Caller of that session.
     pub who: String,
     pub person: Option<String>,
-    /// Purpose, for people.
+    /// Human-readable purpose.
     pub reason: String,
     /// Remaining waiting time, ms.
     pub left_ms: u64,
 }
 
-/// End reports kept for a session.
+/// End reports that are kept for a session.
 #[derive(Debug, Serialize, JsonSchema)]
 #[schemars(rename = "KeptReports")]
 pub struct Reports {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Holder of command, requests for it, and their outcomes. One session has command at a time; requests wait in order and end with one of
-//! the words of [`Outcome`], each with its reason.
+//! Holder of command, requests for it, and their outcomes. One session has command at a time; requests wait in order, and each ends with
+//! one of the values of [`Outcome`] and a reason.
 //!
-//! This module knows sessions only by name: the table of sessions determines which ones exist and may request command.
+//! This module identifies sessions only by name: the table of sessions determines which ones exist and may request command.
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// Number of completed requests that are still listed.
+/// Maximum number of completed requests to list.
 pub const SETTLED_MAX: usize = 32;
 
 /// Outcome of a request for command.
@@ -21,7 +21,7 @@ pub enum Outcome {
     Declined,
     /// The waiting time of the request expired.
     TimedOut,
-    /// The requesting session withdrew the request, or has left.
+    /// The requesting session has withdrawn the request, or has left.
     Withdrawn,
 }
 
@@ -49,14 +49,14 @@ impl SettledRequest {
 /// A completed request for command.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, JsonSchema)]
 pub struct SettledRequest {
-    /// Number of the request, counted over the system.
+    /// Number of the request, unique within the system.
     pub number: u64,
     /// Session that made the request.
     pub name: String,
     pub outcome: Outcome,
     /// Session that granted, declined or withdrew the request; null if none did, for example after a timeout.
     pub by: Option<String>,
-    /// Reason, for people.
+    /// Human-readable reason.
     pub reason: String,
 }
 
@@ -74,7 +74,7 @@ pub(super) struct Command {
     holder: Option<String>,
     waiting: Vec<Request>,
     settled: VecDeque<SettledRequest>,
-    /// Outcomes not logged yet.
+    /// Outcomes that have not been logged yet.
     untold: Vec<SettledRequest>,
     last: u64,
 }
@@ -99,13 +99,14 @@ impl Command {
         std::mem::take(&mut self.untold)
     }
 
-    /// Makes a session the holder, replacing any other. A request of that session is granted.
+    /// Makes a session the holder, replacing any previous one. If the session has a pending request, it is granted.
     pub fn hold(&mut self, name: &str, by: Option<&str>, reason: &str) {
         self.holder = Some(name.to_owned());
         self.settle(|request| request.name == name, Outcome::Granted, by, reason);
     }
 
-    /// Adds a request, or renews the session's existing one. It is granted at once if no session has command. Returns its number.
+    /// Adds a request, or renews the session's existing one. It is granted immediately if no session has command. Returns the number of
+    /// the request.
     pub fn ask(&mut self, name: &str, reason: &str, wait: Duration, now: Instant) -> u64 {
         let (reason, until) = (reason.to_owned(), now + wait);
         let number = match self.waiting.iter_mut().find(|request| request.name == name) {
@@ -125,13 +126,13 @@ impl Command {
         number
     }
 
-    /// Ends the request of a session without granting command. Returns false if it has none.
+    /// Ends a session's request without granting command. Returns false if the session has no request.
     pub fn end(&mut self, name: &str, outcome: Outcome, by: Option<&str>, reason: &str) -> bool {
         self.settle(|request| request.name == name, outcome, by, reason)
     }
 
-    /// Releases command, because the session gives it back or has left: the oldest request gets it. Does nothing if the session did not
-    /// have command.
+    /// Releases command, because the session gives it up or has left; the session with the oldest request then receives it. Does nothing
+    /// if the session did not have command.
     pub fn release(&mut self, name: &str, reason: &str) {
         if self.holder.as_deref() != Some(name) {
             return;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Taking, requesting and handing over command. The table of sessions adds which sessions exist and what their roles allow.
+//! Takes, requests and hands over command. The table of sessions determines which sessions exist and which actions their roles permit.
 use super::answers::{Asks, Holder};
 use super::command::{Outcome, Request, SettledRequest};
 use super::{Session, Sessions, State};
@@ -9,7 +9,7 @@ use model::refusal::Class;
 use std::time::{Duration, Instant};
 
 impl State {
-    /// Returns a description of a session for people: its name, and its person or else its caller.
+    /// Returns a human-readable description of a session: its name, and its person or else its caller.
     fn called(&self, name: &str) -> String {
         match self.by_name.get(name) {
             Some(session) => format!("session '{name}' of {}", session.person.as_deref().unwrap_or(&session.who)),
@@ -57,7 +57,7 @@ impl State {
 }
 
 impl Sessions {
-    /// Takes command. Fails if another session has it, unless it is taken by force with the role `configure`.
+    /// Takes command. Fails if another session has it, unless command is taken by force with the role `configure`.
     pub fn take(&self, name: &str, role: Role, force: bool) -> Result<(), Failure> {
         let mut state = self.locked();
         match state.command.holder() {
@@ -77,14 +77,14 @@ impl Sessions {
         }
     }
 
-    /// Gives command back; the session with the oldest request gets it. Does nothing if the session did not have it.
+    /// Gives up command; the session with the oldest request then receives it. Does nothing if the session did not have command.
     pub fn give_back(&self, name: &str) {
         let mut state = self.locked();
         let reason = format!("{} gave it back", state.called(name));
         state.command.release(name, &reason);
     }
 
-    /// Requests command. It is granted at once if no session has it. Returns the number of the request.
+    /// Requests command. It is granted immediately if no session has command. Returns the number of the request.
     pub fn ask(&self, name: &str, reason: &str, wait: Duration, now: Instant) -> u64 {
         let mut state = self.locked();
         state.command.expire(now);
@@ -103,8 +103,8 @@ impl Sessions {
         ))
     }
 
-    /// Hands command over to another session, with or without a request. Fails if the session `name` does not have command, or if the
-    /// other one does not exist or is not permitted to have it.
+    /// Hands command over to another session, whether or not it has requested command. Fails if the session `name` does not have command,
+    /// or if the other session does not exist or is not permitted to have command.
     pub fn hand_over(&self, name: &str, to: &str) -> Result<(), Failure> {
         let mut state = self.locked();
         state.require_holder(name)?;
@@ -125,7 +125,7 @@ impl Sessions {
         }
     }
 
-    /// Declines the request of another session. Fails if the session `name` does not have command, or if the other one has no request.
+    /// Declines another session's request. Fails if the session `name` does not have command, or if the other session has no request.
     pub fn decline(&self, name: &str, asking: &str, reason: &str) -> Result<(), Failure> {
         let mut state = self.locked();
         state.require_holder(name)?;
@@ -152,7 +152,7 @@ impl Sessions {
         self.locked().command.holder().map(str::to_owned)
     }
 
-    /// Returns the holder of command, pending requests, and the outcomes of the last requests.
+    /// Returns the holder of command, pending requests, and the outcomes of the most recent requests.
     pub fn command(&self, now: Instant) -> Holder {
         let mut state = self.locked();
         state.command.expire(now);

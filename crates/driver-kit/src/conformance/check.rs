@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A check: its name, the sentence that holds if it passes, and its function.
+//! A check: its name, the sentence that is true if it passes, and its function.
 use super::subject::Subject;
 
 pub(super) struct Check {
@@ -8,17 +8,17 @@ pub(super) struct Check {
     pub(super) run: fn(&Subject) -> CheckResult,
 }
 
-/// Result of a check: passed, not applicable, or the cause of its failure.
+/// Result of a check: passed or not applicable, or the cause of its failure.
 pub(super) type CheckResult = Result<PassedCheck, String>;
 
-/// Form of a passed check.
+/// Variant of a passed check.
 pub(super) enum PassedCheck {
     Yes,
     /// The check does not apply to this driver, for this reason.
     NotApplicable(&'static str),
 }
 
-/// Result of a check of parts if there are none.
+/// Result of a check of parts if the driver has none.
 pub(super) const NO_PARTS: PassedCheck = PassedCheck::NotApplicable("it has no parts");
 
 /// Passes if the condition holds; otherwise fails with the cause.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of the cost of an exchange: allocations, waits, memory, and the age of its readings.
+//! Checks of the cost of an exchange: allocations, blocking, memory, and the age of its readings.
 use super::check::{Check, CheckResult, PassedCheck, holds};
 use super::measures::{allocated, allocations, printed, processor_ns, resident, waits};
 use super::rig::{Joint, Rig};
@@ -16,18 +16,18 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "age", sentence: "readings of a worker have an age, and new ones arrive", run: age },
 ];
 
-/// Number of firings before the measurement.
+/// Number of warm-up firings before the measurement.
 pub(super) const WARM: usize = 50;
 /// Number of measured firings.
 const MEASURED: usize = 500;
 /// Time limit of the long check, whatever the number of exchanges.
 const LONG: Duration = Duration::from_secs(15);
-/// Maximum average processor time of one inline exchange: a quarter of a cycle at 1 kHz.
+/// Maximum average CPU time of one inline exchange: a quarter of a cycle at 1 kHz.
 const BRIEF_NS: i64 = 250_000;
-/// Maximum growth of memory in bytes: for pages that are touched for the first time.
+/// Maximum growth of memory, bytes. Allows for pages that are touched for the first time.
 const GROWTH: i64 = 256 << 10;
 
-/// Makes firings in which channels are engaged and released, as by a program.
+/// Runs firings in which channels are engaged and released, as by a program.
 pub(super) fn mixed(rig: &mut Rig, joints: &[Joint], count: usize) -> Result<(), String> {
     for k in 0..count {
         if k % 3 == 0 {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of motion over many firings: readings stay finite, parts at rest stay there.
+//! Checks of motion over many firings: readings stay finite, and parts at rest stay at rest.
 use super::check::{Check, CheckResult, NO_PARTS, PassedCheck, none_of};
 use super::subject::Subject;
 
@@ -8,7 +8,7 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "creep", sentence: "a part that nothing commands does not creep", run: creep },
 ];
 
-/// Number of firings to check: half a second of a machine at 1 kHz, enough for effects that the first ones do not show.
+/// Number of firings to check: half a second of a machine at 1 kHz, enough for effects that do not appear in the first firings.
 const MANY: usize = 500;
 /// Maximum distance, rad or m, that a part at rest may creep in `MANY` firings.
 const CREEP: f64 = 0.01;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of the exchange: readings and commands, odd times and odd numbers.
+//! Checks of the exchange: readings and commands, including unusual times and numbers.
 use super::check::{Check, CheckResult, NO_PARTS, PassedCheck, holds};
 use super::rig::{PERIOD_NS, Rig};
 use super::subject::Subject;
@@ -24,7 +24,7 @@ pub(super) const CHECKS: &[Check] = &[
 
 /// Maximum step in one firing, rad or m; more counts as a leap, whatever the part.
 const LEAP: f64 = 0.01;
-/// Number of firings before the check.
+/// Number of warm-up firings before the check.
 const WARM: usize = 50;
 
 fn first_reading(subject: &Subject) -> CheckResult {
@@ -65,7 +65,7 @@ fn commands_kept(subject: &Subject) -> CheckResult {
     holds(rig.commands == before, || "they differ after it".to_owned())
 }
 
-/// Checks that no part moves by more than a leap between two positions.
+/// Checks that no part has moved by more than a leap between two positions.
 fn still(rig: &Rig, joints: &[super::rig::Joint], before: &[f64], what: &str) -> CheckResult {
     for ((joint, before), after) in joints.iter().zip(before).zip(rig.positions(joints)) {
         let most = LEAP.min((joint.speed_max * PERIOD_NS as f64 * 1e-9).max(LEAP / 10.0));
@@ -110,7 +110,7 @@ fn let_go(subject: &Subject) -> CheckResult {
     Ok(PassedCheck::Yes)
 }
 
-/// Makes an exchange that may fail; if it does not, checks that the readings are finite.
+/// Runs an exchange that may fail; if it does not, checks that the readings are finite.
 fn tolerant(rig: &mut Rig) -> CheckResult {
     match rig.cycle().and_then(|()| rig.read()) {
         Ok(()) => finite(rig),

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of process state that other code relies on: signal handlers, the thread's signals and arithmetic, the folder of the process.
+//! Checks of process state on which other code relies: signal handlers, the thread's signals and arithmetic, the working directory of the
+//! process.
 use super::check::{Check, CheckResult, PassedCheck};
 use super::cost::WARM;
 use super::rig::Rig;
@@ -17,7 +18,7 @@ pub(super) const CHECKS: &[Check] = &[
 /// Signals for which a program may have a handler.
 const SIGNALS: std::ops::Range<i32> = 1..65;
 
-/// State of a process and of its thread that does not belong to the driver.
+/// State of a process and of its thread that a driver must not change.
 struct ProcessState {
     words: Words,
     handlers: Vec<libc::sigaction>,
@@ -28,7 +29,7 @@ struct ProcessState {
 /// State of the process at the start of the checks.
 static AT_FIRST: OnceLock<ProcessState> = OnceLock::new();
 
-/// Records the state with which the checks compare; called before any code of a driver has run.
+/// Records the state with which the checks compare; called before any driver code has run.
 pub(super) fn remember() {
     AT_FIRST.get_or_init(ProcessState::now);
 }
@@ -53,7 +54,7 @@ impl ProcessState {
         ProcessState { words: Words::present(), handlers: SIGNALS.map(handler).collect(), masked, folder }
     }
 
-    /// Restores the state: a driver of an earlier check in this process may have changed it.
+    /// Restores the state, because a driver of an earlier check in this process may have changed it.
     fn restore(&self) {
         self.words.set();
         for (signal, handler) in SIGNALS.zip(&self.handlers) {
@@ -72,10 +73,10 @@ impl ProcessState {
     }
 }
 
-/// A call in the life of a driver.
+/// A call in the life cycle of a driver.
 type Call = fn(&mut Rig) -> Result<(), String>;
 
-/// Makes each call of a life; `changed` returns the change that a call has made.
+/// Makes each call of a life cycle; `changed` returns the change that a call has made.
 fn over_a_life(subject: &Subject, changed: impl Fn(&ProcessState, &ProcessState) -> Option<String>) -> CheckResult {
     let before = AT_FIRST.get_or_init(ProcessState::now);
     before.restore();

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! kill -9 in each phase of a driver's life: the handles of the guard then work, and the next process can open the device.
+//! kill -9 in each phase of a driver's life cycle: checks that the handles of the guard then work, and that the next process can open the
+//! device.
 use super::check::{CheckResult, PassedCheck};
 use super::orders::{LIMIT, LINK, tell};
 use super::phases::{PHASES, Phase};
@@ -32,7 +33,7 @@ fn killed(kind: &str, options: &Value, phase: &str, settings: &Settings) -> Chec
     Ok(PassedCheck::Yes)
 }
 
-/// Has a process live up to a phase and kills it there. Returns the handles that the guard has then.
+/// Starts a process that runs up to a phase, and kills it there. Returns the handles that the guard has at that time.
 fn reached(kind: &str, options: &Value, phase: &str, settings: &Settings) -> Result<Vec<SafeHandle>, String> {
     let (link, theirs) = UnixLink::pair().map_err(|why| why.to_string())?;
     let child = Launch::new(settings.command.iter().cloned()).descriptor(LINK, theirs).start().map_err(|why| why.to_string())?;

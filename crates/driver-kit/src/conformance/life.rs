@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of the life of a driver: it can be opened and closed in any order, and leaves nothing behind.
+//! Checks of the life cycle of a driver: it can be opened and closed in any order, and leaves nothing behind.
 use super::check::{Check, CheckResult, PassedCheck, holds};
 use super::measures::{descriptors, processes, settled, threads};
 use super::subject::Subject;
@@ -22,9 +22,9 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "processes", sentence: "many openings leave no process behind", run: processes_left },
 ];
 
-/// Time limit of opening, in addition to the declared wait for the device: it only catches a driver that hangs.
+/// Time limit for opening, in addition to the declared wait for the device; only intended to catch a driver that hangs.
 const ALLOWANCE: Duration = Duration::from_secs(20);
-/// Returns the number of lives: fewer are enough for a driver in its own process.
+/// Returns the number of life cycles; fewer are enough for a driver in its own process.
 fn lives(subject: &Subject) -> usize {
     if subject.of.class == Class::Process { 4 } else { 20 }
 }
@@ -101,7 +101,7 @@ fn again(subject: &Subject) -> CheckResult {
     Ok(PassedCheck::Yes)
 }
 
-/// Returns the growth of a count over some lives.
+/// Returns the growth of a count over several life cycles.
 fn left(subject: &Subject, count: fn() -> usize) -> Result<usize, String> {
     let live = || -> Result<(), String> {
         let mut rig = subject.open()?;

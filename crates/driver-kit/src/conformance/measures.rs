@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Measurements of this process: descriptors, threads, memory; the waits and allocations of its thread.
+//! Measurements of this process: its descriptors, threads and memory, and the waits and allocations of its thread.
 use std::ffi::CStr;
 use std::fs::File;
 use std::io::Write;
@@ -23,7 +23,7 @@ pub(crate) fn processes() -> usize {
     std::fs::read_dir("/proc").map_or(0, |all| all.flatten().filter(is_ours).count())
 }
 
-/// Waits until a count is no higher than before. Returns the count.
+/// Waits until a count is no higher than before, for a limited time. Returns the count.
 pub(crate) fn settled(count: fn() -> usize, before: usize) -> usize {
     let deadline = Instant::now() + Duration::from_secs(10);
     while count() > before && Instant::now() < deadline {
@@ -45,7 +45,7 @@ pub(crate) fn resident() -> i64 {
     text.split_whitespace().nth(1).and_then(|pages| pages.parse::<i64>().ok()).map_or(0, |pages| pages * 4096)
 }
 
-/// Returns the processor time used by this thread.
+/// Returns the CPU time used by this thread.
 pub(crate) fn processor_ns() -> i64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: the pointer is to a local struct of the expected type.
@@ -53,7 +53,7 @@ pub(crate) fn processor_ns() -> i64 {
     time.tv_sec * 1_000_000_000 + time.tv_nsec
 }
 
-/// Diverted standard output and standard error of this process, restored on drop.
+/// Redirected standard output and standard error of this process, restored on drop.
 struct DivertedOutput([OwnedFd; 2]);
 
 impl DivertedOutput {
@@ -86,8 +86,8 @@ fn flush() {
     unsafe { libc::fflush(std::ptr::null_mut()) };
 }
 
-/// Makes a call and counts the bytes that this process writes to its standard output and standard error meanwhile. Returns the result of
-/// the call and the count.
+/// Makes a call and counts the bytes that this process writes to its standard output and standard error in the meantime. Returns the
+/// result of the call and the count.
 pub(crate) fn printed<T>(call: impl FnOnce() -> T) -> std::io::Result<(T, u64)> {
     // SAFETY: the arguments are a name and valid flags.
     let descriptor = unsafe { libc::memfd_create(c"printed".as_ptr(), libc::MFD_CLOEXEC) };
@@ -102,7 +102,7 @@ pub(crate) fn printed<T>(call: impl FnOnce() -> T) -> std::io::Result<(T, u64)> 
     Ok((made, file.metadata()?.len()))
 }
 
-/// Returns the number of times that this thread has yielded its processor to wait.
+/// Returns the number of times that this thread has blocked (voluntary context switches).
 pub(crate) fn waits() -> i64 {
     // SAFETY: the struct contains only numbers, and the call fills it.
     let mut usage: libc::rusage = unsafe { std::mem::zeroed() };
@@ -111,7 +111,7 @@ pub(crate) fn waits() -> i64 {
     usage.ru_nvcsw
 }
 
-/// Returns the number of allocations by this thread; `None` if the process was not started with a counter of them.
+/// Returns the number of allocations by this thread; `None` if the process was not started with an allocation counter.
 pub(crate) fn allocations() -> Option<u64> {
     type Counter = unsafe extern "C" fn() -> u64;
     // SAFETY: the call only looks up a name.

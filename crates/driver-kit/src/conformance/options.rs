@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of options: a wrong one is refused, and named.
+//! Checks of options: each wrong option is refused, and the error names it.
 use super::check::{Check, CheckResult, PassedCheck, holds};
 use super::subject::{Subject, of_another_kind};
 use device::{DriverError, Kind};
@@ -22,7 +22,7 @@ fn made(subject: &Subject) -> CheckResult {
     subject.made().map(|_| PassedCheck::Yes)
 }
 
-/// Checks that an option is refused, and named in the error.
+/// Checks that an option is refused, and that the error names it.
 fn refused(subject: &Subject, options: &Value, name: &str) -> Result<(), String> {
     match subject.with(options) {
         Ok(_) => Err(format!("'{name}' is accepted")),

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 /// Name of the descriptor of the link.
 pub(super) const LINK: &str = "link";
-/// Time limit for a process: it only ends one that hangs.
+/// Time limit for a process; only intended to end one that hangs.
 pub(super) const LIMIT: Duration = Duration::from_secs(60);
 
 /// Sends a message to the other side, with descriptors.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Life of a driver up to a phase, in the process that is killed there.
+//! Life cycle of a driver up to a phase, in the process that is killed there.
 use super::orders::{LIMIT, tell};
 use super::rig::Rig;
 use super::subject::Subject;
@@ -8,7 +8,7 @@ use process_kit::UnixLink;
 use serde_json::{Value, json};
 use std::os::fd::{AsFd, BorrowedFd};
 
-/// Phase of a process at which it is killed.
+/// Phase in which a process is killed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Phase {
     Made,
@@ -32,7 +32,7 @@ impl Phase {
     }
 }
 
-/// Lives up to the phase, reports it, and stays there.
+/// Takes the driver through its life cycle up to the phase, reports the phase, and stays in it.
 pub(super) fn live(subject: &Subject, phase: Phase, link: &UnixLink) -> Result<(), String> {
     match up_to(subject, phase) {
         Err(why) => tell(link, &json!({ "failed": why }), &[]),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of the promises of a declaration: life, safe state, services, counters, rights.
+//! Checks of the promises of a declaration: life cycle, safe state, services, counters, privileges.
 use super::check::{Check, CheckResult, PassedCheck, holds, none_of};
 use super::declaration::{line, lines, wrong_line, wrong_name, wrong_unit};
 use super::subject::Subject;

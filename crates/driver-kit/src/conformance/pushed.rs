@@ -15,15 +15,15 @@ pub(super) const CHECKS: &[Check] = &[
 
 /// Number of firings of a push.
 const PUSHED: usize = 100;
-/// Number of firings before a late push.
+/// Number of warm-up firings before a late push.
 const LATE: usize = 2_000;
 /// Minimum motion, rad or m.
 const MOTION: f64 = 1e-9;
-/// Motion whose direction is certain, rad or m.
+/// Minimum motion whose direction is reliable, rad or m.
 const CLEAR: f64 = 1e-6;
-/// Motion whose size is certain, whatever the encoder, rad or m.
+/// Minimum motion whose magnitude is reliable, whatever the encoder, rad or m.
 const LONG: f64 = 2e-3;
-/// Factor by which a velocity may differ from the motion: wrong units, revolutions or degrees per second, differ by more.
+/// Factor by which a velocity may differ from the motion. Wrong units (revolutions or degrees per second) differ by more.
 const FACTOR: f64 = 3.0;
 
 /// Motion of one part during the second half of a push.
@@ -109,17 +109,17 @@ impl PartMotions {
     }
 }
 
-/// Manner of a push.
+/// Parameters of a push.
 #[derive(Clone, Copy)]
 struct Manner {
-    /// Number of firings before the push.
+    /// Number of warm-up firings before the push.
     warm: usize,
     /// True if each part is pushed alone, with the others held.
     is_alone: bool,
     pause: Duration,
 }
 
-/// Pushes every part up and down; empty if the driver has no parts or its exchange is not inline.
+/// Pushes every part up and down. Returns an empty list if the driver has no parts or its exchange is not inline.
 fn pushed(subject: &Subject, manner: Manner) -> Result<Vec<PartMotions>, String> {
     if !subject.is_inline() {
         return Ok(Vec::new());
@@ -141,10 +141,10 @@ fn pushed(subject: &Subject, manner: Manner) -> Result<Vec<PartMotions>, String>
 
 const NO_INLINE_PARTS: PassedCheck = PassedCheck::NotApplicable("it has no parts whose exchange is inline");
 
-/// Judges the parts of a push; `fault` returns the problem with a part.
+/// Evaluates the motions of the pushed parts; `fault` returns the problem with a part.
 ///
-/// Faulty parts are pushed once more, at the pace of the wall clock. A machine that moves by that clock may stand still during a push of
-/// some microseconds, or arrive in one step that no reading shows.
+/// Faulty parts are pushed again, at the pace of the wall clock. A machine that moves by that clock may not move at all during a push of
+/// some microseconds, or may move in a single step that no reading shows.
 fn judged(subject: &Subject, warm: usize, is_alone: bool, fault: impl Fn(&PartMotions) -> Option<String>) -> CheckResult {
     let manner = Manner { warm, is_alone, pause: Duration::ZERO };
     let mut parts = pushed(subject, manner)?;

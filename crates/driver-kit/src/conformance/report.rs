@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Report of the kit.
+//! Report of the conformance kit.
 use serde_json::{Value, json};
 use std::fmt;
 
@@ -17,7 +17,7 @@ pub enum Verdict {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outcome {
     pub check: String,
-    /// Property that holds if it passes.
+    /// Sentence that is true if the check passes.
     pub sentence: String,
     pub verdict: Verdict,
 }
@@ -41,7 +41,7 @@ impl Verdict {
 }
 
 impl Outcome {
-    /// Returns the word and the text that are printed after its name.
+    /// Returns the word and the text to print after the check's name.
     fn said(&self) -> (&'static str, String) {
         match &self.verdict {
             Verdict::Passed => ("passed", self.sentence.clone()),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A driver with its buffers, served as by a source. Guard bytes follow each buffer.
+//! A driver with its buffers, served as by a source. Each buffer is followed by guard bytes.
 use super::measures::Sanitizer;
 use device::{Channel, Direction, Driver, OpenedDriver, Slot};
 use serde_json::Value;
@@ -15,7 +15,7 @@ pub(crate) struct Joint {
     pub(crate) name: String,
     pub(crate) position: Slot,
     pub(crate) velocity: Slot,
-    /// Reading that holds it when commanded: its bias for an effort, its position for a goal.
+    /// Reading that holds the part when it is commanded: its bias for an effort, its position for a goal.
     pub(crate) holds_by: Slot,
     pub(crate) command: Slot,
     pub(crate) command_index: usize,
@@ -36,7 +36,7 @@ pub(crate) struct Rig {
     begun: Instant,
     begun_ns: i64,
     sanitizer: Option<Sanitizer>,
-    /// True if the machine moves at its own pace, so that it is exchanged by the wall clock.
+    /// True if the machine moves at its own pace, so that exchanges are timed by the wall clock.
     has_own_pace: bool,
 }
 
@@ -80,7 +80,7 @@ impl Rig {
         Rig { has_own_pace: true, ..self }
     }
 
-    /// Has its exchanges watched by the real-time sanitizer.
+    /// Makes the real-time sanitizer watch the driver's exchanges.
     pub(crate) fn under(self, sanitizer: Sanitizer) -> Rig {
         Rig { sanitizer: Some(sanitizer), ..self }
     }
@@ -95,7 +95,7 @@ impl Rig {
         self.driver.open(self.release_ns).map_err(|why| format!("it cannot be opened: {}", why.message))
     }
 
-    /// Releases all channels.
+    /// Disengages all channels.
     pub(crate) fn let_go(&mut self) {
         self.engaged.fill(false);
         for channel in self.driver.channels().iter().filter(|channel| channel.direction == Direction::Write) {
@@ -120,7 +120,7 @@ impl Rig {
         watched(self.sanitizer, || self.driver.safe_state());
     }
 
-    /// Makes one firing: a reading, a command, and the next release.
+    /// Runs one firing: a reading, a command, and the advance to the next release.
     pub(crate) fn cycle(&mut self) -> Result<(), String> {
         self.read().map_err(|why| format!("its reading fails: {why}"))?;
         self.write().map_err(|why| format!("its writing fails: {why}"))?;
@@ -132,7 +132,7 @@ impl Rig {
         (0..count).try_for_each(|_| self.cycle())
     }
 
-    /// Reads, without writing, until this time has passed for the machine, ns.
+    /// Reads, without writing, until this time has elapsed for the machine, ns.
     pub(crate) fn read_for(&mut self, span_ns: i64) -> Result<(), String> {
         let end_ns = self.release_ns + span_ns;
         while self.release_ns < end_ns {
@@ -142,7 +142,7 @@ impl Rig {
         Ok(())
     }
 
-    /// Sets the release time to the wall-clock time elapsed since the driver was opened.
+    /// Sets the release time to the wall-clock time that has elapsed since the driver was opened.
     pub(crate) fn on_the_wall(&mut self) {
         self.release_ns = self.begun_ns + i64::try_from(self.begun.elapsed().as_nanos()).unwrap_or(i64::MAX);
     }
@@ -192,7 +192,7 @@ impl Rig {
         })
     }
 
-    /// Engages each part with its measured values.
+    /// Engages each part with its measured values, so that it holds its position.
     pub(crate) fn hold(&mut self, joints: &[Joint]) {
         for joint in joints {
             let value = joint.holds_by.double(&self.readings, 0);

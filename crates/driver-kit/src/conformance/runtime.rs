@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Runtime of the real-time sanitizer as a library that is preloaded into a process. It interposes between a program and the C library,
-//! so that neither a driver nor this program is compiled for it.
+//! Runtime of the real-time sanitizer, as a library that is preloaded into a process. It interposes between a program and the C library,
+//! so that neither a driver nor this program need be compiled for it.
 use std::env::consts::ARCH;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Calls that it permits: transfers on an `O_NONBLOCK` descriptor. A call that waits nevertheless is detected by the number of times that
-/// its thread yields its processor.
+/// Calls that the sanitizer permits: transfers on an `O_NONBLOCK` descriptor. A call that blocks nevertheless is detected by the number
+/// of times that its thread yields the processor.
 const PASSES: [&str; 10] = ["read", "readv", "recv", "recvfrom", "recvmsg", "write", "writev", "send", "sendto", "sendmsg"];
-/// Object file that belongs in programs only, not in a library.
+/// Object file that may be linked only into programs, not into a library.
 const OF_PROGRAMS: &str = "rtsan_preinit.cpp.o";
-/// Replacement for that object file: the C library's functions are not found before it has run, and a program may allocate memory during
-/// its start.
+/// Replacement for that object file: the C library's functions cannot be resolved before it has run, and a program may allocate memory
+/// during its start.
 const BEGINS: &str = "void __rtsan_ensure_initialized(void);\n\
     __attribute__((constructor)) static void begin(void) { __rtsan_ensure_initialized(); }\n";
 
-/// Makes the library in a folder, from the compiler's own: Rust's, or that of clang 20 and newer. Returns `None` if no installed compiler
+/// Builds the library in a folder, from the compiler's own: Rust's, or that of clang 20 or newer. Returns `None` if no installed compiler
 /// has it.
 pub fn sanitizer_in(folder: &Path) -> Option<PathBuf> {
     let (parts, begins, library) = (folder.join("rtsan.a"), folder.join("begins.c"), folder.join("sanitizer.so"));

@@ -20,7 +20,7 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "watchdog-by", sentence: "it has a watchdog if it declares that its device goes to its safe state by itself", run: by_device },
 ];
 
-/// Time that a busy machine may add: it only catches a driver that hangs.
+/// Additional time allowed for a busy machine; only intended to catch a driver that hangs.
 const ALLOWANCE: Duration = Duration::from_secs(10);
 /// Maximum motion in 10 firings at rest, rad or m.
 const REST: f64 = 1e-3;
@@ -109,7 +109,7 @@ fn handles(subject: &Subject) -> CheckResult {
     holds(has == declared, || if has { "it has some but does not declare the guard".to_owned() } else { "it declares the guard but has none".to_owned() })
 }
 
-/// Makes the writes of the guard.
+/// Carries out the writes that the guard would make.
 pub(super) fn write(handle: SafeHandle) -> Result<(), String> {
     let file = File::from(handle.descriptor);
     for (offset, bytes) in &handle.writes {

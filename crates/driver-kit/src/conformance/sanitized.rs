@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The exchange and the safe state under the real-time sanitizer, in a process that was started with it: it ends at the first call that may block.
+//! The exchange and the safe state under the real-time sanitizer, in a process that was started with it and exits at the first call that
+//! may block.
 use super::check::{CheckResult, PassedCheck};
 use super::cost::{WARM, mixed};
 use super::measures::Sanitizer;
@@ -12,7 +13,7 @@ pub(super) const SAID: &str = "said";
 /// Number of firings under the sanitizer.
 const WATCHED: usize = 200;
 
-/// Exchanges under the sanitizer, in the process that it ends.
+/// Runs exchanges under the sanitizer, in the process that the sanitizer ends.
 pub(super) fn exchange(subject: &Subject) -> CheckResult {
     if !subject.is_inline() {
         return Ok(PassedCheck::NotApplicable("it is not inline"));

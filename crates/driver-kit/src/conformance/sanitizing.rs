@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Has a process exchange under the real-time sanitizer; the requesting side.
+//! Requesting side of the check under the real-time sanitizer: starts a process that runs the exchanges.
 use super::check::{CheckResult, PassedCheck};
 use super::orders::{LIMIT, LINK, tell};
 use super::report::{Outcome, Verdict};
@@ -56,7 +56,7 @@ fn exchanged(kind: &str, options: &Value, settings: &Settings) -> CheckResult {
     }
 }
 
-/// Returns the offending call in a line: the function, and its caller.
+/// Returns the offending call on one line: the function and its caller.
 fn blamed(said: &str) -> String {
     let called = said.lines().find_map(|line| line.split_once("real-time unsafe function `")?.1.split('`').next());
     // The first frame is in the sanitizer.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Process in which a driver is checked: it executes its first frame, and reports each check as it begins and ends.
+//! Process in which a driver is checked: it executes the order in its first frame, and reports each check as it begins and ends.
 use super::all::checks;
 use super::check::{CheckResult, PassedCheck};
 use super::kept;
@@ -15,13 +15,13 @@ use serde_json::{Value, json};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-/// Time limit for the order from the parent process.
+/// Time limit for receiving the order from the parent process.
 const ORDER: Duration = Duration::from_secs(60);
 
-/// Executes the order of this process: the checks of a driver, or one phase of its life in which to be killed.
+/// Executes the order for this process: the checks of a driver, or one phase of its life cycle in which it is to be killed.
 ///
 /// # Errors
-/// Fails if the process was not started for that; the message is for people.
+/// Fails if the process was not started for this purpose; the message is for people.
 pub fn serve() -> Result<(), String> {
     let gone = |_| "the process that started it is gone".to_owned();
     let link = UnixLink::from_descriptor(inherited(LINK).map_err(|why| why.to_string())?).map_err(|why| why.to_string())?;

@@ -1,32 +1,32 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver to check, and its options.
+//! The driver to be checked, with its options.
 use super::rig::{Joint, Rig};
 use device::{Class, Declaration, DriverError, Kind, OpenedDriver};
 use serde_json::{Value, json};
 
-/// Option of a worker: for checks cycle by cycle it exchanges in place.
+/// Option of a worker: makes it exchange in place, for checks cycle by cycle.
 const IN_PLACE: &str = "in_place";
 
 pub(crate) struct Subject {
     pub(crate) kind: String,
     pub(crate) options: Value,
     pub(crate) of: &'static Declaration,
-    /// Maximum number of exchanges of the long check.
+    /// Maximum number of exchanges in the long check.
     pub(crate) exchanges: u64,
 }
 
 impl Subject {
-    /// Makes a driver with these options instead.
+    /// Creates a driver with the given options instead of its own.
     pub(crate) fn with(&self, options: &Value) -> Result<OpenedDriver, DriverError> {
         device::open(&self.kind, options)
     }
 
-    /// Makes the driver with its own options.
+    /// Creates the driver with its own options.
     pub(crate) fn made(&self) -> Result<OpenedDriver, String> {
         self.with(&self.options).map_err(|why| why.to_string())
     }
 
-    /// Makes a driver with its buffers, which exchanges on this thread.
+    /// Creates a driver with its buffers, which exchanges on this thread.
     pub(crate) fn rig(&self) -> Result<Rig, String> {
         let options = if self.of.class == Class::Worker { self.and(IN_PLACE, true.into()) } else { self.options.clone() };
         let rig = Rig::new(self.with(&options).map_err(|why| format!("it cannot be created: {why}"))?);
@@ -34,7 +34,7 @@ impl Subject {
         Ok(if device::in_virtual_time(&self.kind, &options) == (self.kind.clone(), options) { rig } else { rig.at_own_pace() })
     }
 
-    /// Makes a driver with its buffers and opens it.
+    /// Creates a driver with its buffers and opens it.
     pub(crate) fn open(&self) -> Result<Rig, String> {
         let mut rig = self.rig()?;
         rig.open()?;
@@ -55,13 +55,13 @@ impl Subject {
         options
     }
 
-    /// Returns true if its exchange must be bounded: neither allocate nor wait.
+    /// Returns true if the driver's exchange must be bounded, so that it may neither allocate nor block.
     pub(crate) fn is_inline(&self) -> bool {
         self.of.class == Class::Inline
     }
 }
 
-/// Returns a value of another kind.
+/// Returns a value of a different kind.
 pub(crate) fn of_another_kind(kind: Kind) -> Value {
     match kind {
         Kind::Text => json!(7),

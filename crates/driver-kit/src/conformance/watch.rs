@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Requesting side: starts the process of the checks, and a new one if that ends or hangs.
+//! Requesting side: starts the process that runs the checks, and a new one if it exits or hangs.
 use super::all::checks;
 use super::kills;
 use super::orders::LINK;
@@ -12,12 +12,12 @@ use serde_json::{Value, json};
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-/// Reason why a process of checks has ended.
+/// Reason why a process that runs checks has ended.
 enum Ran {
     ToItsEnd,
-    /// The receiver of the outcomes wants no more.
+    /// The receiver of the outcomes has stopped the checks.
     Enough,
-    /// The process ended during the check that was begun last.
+    /// The process exited during the check that was begun last.
     Ended(String),
 }
 
@@ -35,7 +35,7 @@ impl Outcomes<'_> {
     }
 }
 
-/// Checks a driver with these options. `hear` receives each outcome as it arrives, and ends the checks by breaking.
+/// Checks a driver with these options. `hear` receives each outcome as it arrives, and can stop the checks by breaking.
 pub fn check(kind: &str, options: &Value, settings: &Settings, hear: &mut dyn FnMut(&Outcome) -> ControlFlow<()>) -> Report {
     let mut outcomes = Outcomes { known: Vec::new(), hear };
     // A break means that `hear` wants no more, which the report shows by its length.
@@ -66,7 +66,7 @@ fn failed(index: usize, cause: String) -> Outcome {
     Outcome { check: check.name.to_owned(), sentence: check.sentence.to_owned(), verdict: Verdict::Failed(cause) }
 }
 
-/// Has a process run the remaining checks.
+/// Makes a process run the remaining checks.
 fn run(kind: &str, options: &Value, settings: &Settings, outcomes: &mut Outcomes<'_>) -> Result<Ran, String> {
     let (link, theirs) = UnixLink::pair().map_err(|why| why.to_string())?;
     let mut launch = Launch::new(settings.command.iter().cloned()).descriptor(LINK, theirs);

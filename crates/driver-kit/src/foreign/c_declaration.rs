@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Declaration of a driver in C, read once. Its strings stay valid, as its library stays loaded.
+//! Declaration of a driver in C, read once. Its strings stay valid, because its library stays loaded.
 use super::abi::{self, Driver, Item, by, class, kind, what};
 use device::{Class, CounterWord, Kind, Life, OptionWord, SafeBy, SafeState, ServiceWord};
 use hints::Interval;

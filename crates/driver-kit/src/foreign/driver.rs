@@ -18,7 +18,7 @@ pub(super) struct ForeignDriver {
     is_open: bool,
 }
 
-/// Makes a driver; `given` includes the defaults.
+/// Creates a driver; `given` includes the defaults.
 pub(super) fn make(
     of: &'static abi::Driver,
     name: &str,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Functions that a driver in C may call during a call: its options, channels, counters. A wrong request does not crash: its result is 0
-//! or empty, and the call fails with the problem.
+//! Functions that a driver in C may call during a call to it: for its options, channels and counters. An invalid request does not crash:
+//! its result is 0 or empty, and the call fails with a description of the problem.
 use super::abi::{self, ABI, Channel as AbiChannel, Handle, Host as AbiHost, Part as AbiPart, Slot as AbiSlot};
 use device::{Channel, Command, Counters, FoundDevice, Layout, Number, Part, SafeHandle, Servo, Type, UNLIMITED};
 use serde_json::{Map, Value};
@@ -10,9 +10,9 @@ use std::os::fd::BorrowedFd;
 /// State of one call: its inputs and results.
 #[derive(Default)]
 pub(super) struct Host<'a> {
-    /// Options or arguments, defaults included.
+    /// Options or arguments, including defaults.
     pub(super) given: Map<String, Value>,
-    /// Layout, only during `make`.
+    /// Layout, present only during `make`.
     pub(super) layout: Option<Layout>,
     pub(super) counters: Option<&'a Counters>,
     pub(super) parts: Vec<Part>,
@@ -20,11 +20,11 @@ pub(super) struct Host<'a> {
     pub(super) handles: Vec<SafeHandle>,
     pub(super) answer: Option<String>,
     pub(super) found: Vec<FoundDevice>,
-    /// Strings that were handed out; they live as long as this host.
+    /// Strings that were returned to the driver; they live as long as this host.
     pub(super) texts: Vec<CString>,
-    /// Problem of the first wrong request.
+    /// Problem with the first invalid request.
     pub(super) problem: Option<String>,
-    /// Number of written channels so far.
+    /// Number of write channels so far.
     pub(super) written: u32,
     pub(super) read: u32,
 }
@@ -36,12 +36,12 @@ pub(super) fn filled(defaults: &Map<String, Value>, given: &Value) -> Map<String
 }
 
 impl Host<'_> {
-    /// Makes a host with the defaults, overridden by the options that were set.
+    /// Creates a host with the defaults, overridden by the options that were set.
     pub(super) fn of(defaults: &Map<String, Value>, given: &Value) -> Self {
         Host { given: filled(defaults, given), ..Host::default() }
     }
 
-    /// Makes a call. Fails with the driver's own cause, or with the problem of a wrong request.
+    /// Makes a call. Fails with the driver's own cause, or with the problem of an invalid request.
     pub(super) fn call(&mut self, call: impl FnOnce(*mut AbiHost) -> abi::Cause) -> Result<(), String> {
         let mut host = AbiHost {
             abi: ABI,
@@ -103,7 +103,7 @@ impl Host<'_> {
         self.texts.last().map_or(c"".as_ptr(), |text| text.as_ptr())
     }
 
-    /// Returns a string; any other value is a wrong request.
+    /// Returns a string; any other value is an invalid request.
     fn text_of(&mut self, value: &Value) -> *const c_char {
         match value {
             Value::String(text) => self.keep(text),
@@ -159,7 +159,7 @@ impl Host<'_> {
     }
 }
 
-/// Returns the safe value of a channel: the same number in each element.
+/// Returns the safe value of a channel, with the same number in each element.
 fn safe_bytes(of: Type, value: f64) -> Vec<u8> {
     let one: Vec<u8> = match of.number {
         Number::Bool => vec![u8::from(value != 0.0)],
@@ -268,7 +268,7 @@ unsafe extern "C" fn part(host: *mut AbiHost, given: *const AbiPart) {
 }
 
 unsafe extern "C" fn counter(host: *mut AbiHost, name: *const c_char) -> *mut u64 {
-    /// Counter for names that are not declared.
+    /// Counter for names that were not declared.
     static NOBODY: std::sync::atomic::AtomicU64 = std::sync::atomic::AtomicU64::new(0);
     // SAFETY: see `number`.
     let (host, name) = unsafe { (of(host), abi::text(name)) };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Memory of a driver in C: its struct, from construction to the end.
+//! Memory of a driver in C: its struct, from construction to destruction.
 use super::abi;
 use device::Counters;
 use std::alloc::{Layout as Memory, alloc_zeroed, dealloc};
@@ -7,19 +7,20 @@ use std::ffi::{CString, c_void};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// Alignment that suits every type of C.
+/// Alignment sufficient for every C type.
 const ALIGNED: usize = 64;
 
-/// Struct of a driver. Its source and its services share it; the driver must make the fields that both use atomic, as the header says.
+/// Struct of a driver. It is shared by the driver's source and its services; the driver must make the fields that both use atomic, as the
+/// header requires.
 pub(super) struct Instance {
     pub(super) of: &'static abi::Driver,
     memory: *mut c_void,
     size: Memory,
-    /// Strings from `make` to which the driver may have kept pointers.
+    /// Strings from `make` to which the driver may have stored pointers.
     pub(super) texts: Vec<CString>,
     pub(super) counters: Arc<Counters>,
     pub(super) is_closed: AtomicBool,
-    /// Held during closing, and while a service runs.
+    /// Lock held while the driver is being closed, and while a service runs.
     pub(super) busy: Mutex<()>,
 }
 
@@ -29,7 +30,7 @@ unsafe impl Send for Instance {}
 unsafe impl Sync for Instance {}
 
 impl Instance {
-    /// Allocates zeroed memory of the driver's size; the driver is not made yet.
+    /// Allocates zeroed memory of the driver's size; the driver itself is not created yet.
     ///
     /// # Errors
     /// Fails if there is not enough memory; the message is for people.
@@ -47,7 +48,7 @@ impl Instance {
         self.memory
     }
 
-    /// Closes the driver, once, and not while a service runs.
+    /// Closes the driver once; waits for a running service.
     pub(super) fn close(&self) {
         let _held = self.busy.lock().unwrap_or_else(PoisonError::into_inner);
         if !self.is_closed.swap(true, Ordering::AcqRel)

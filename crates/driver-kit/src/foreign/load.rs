@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Loads files of drivers. They are never unloaded: a driver and its declaration stay registered for the life of the process.
+//! Loads files that contain drivers. They are never unloaded: a driver and its declaration stay registered for the lifetime of the
+//! process.
 use super::abi::{self, ABI, Driver, Module, SYMBOL};
 use super::c_declaration;
 use super::loaded_driver::Foreign;
@@ -12,7 +13,7 @@ use std::sync::{Mutex, PoisonError};
 
 static LOADED: Mutex<BTreeMap<PathBuf, Vec<&'static Declaration>>> = Mutex::new(BTreeMap::new());
 
-/// Returns the drivers of a shared object; repeated calls return the same ones.
+/// Returns the drivers in a shared object; repeated calls return the same drivers.
 pub(crate) fn load(file: &Path) -> Result<Vec<&'static Declaration>, DriverError> {
     let refused = |what: String| DriverError::Failed(format!("'{}' provides no driver: {what}", file.display()));
     let path = file.canonicalize().map_err(|why| refused(why.to_string()))?;

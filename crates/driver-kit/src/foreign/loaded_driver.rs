@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A loaded declaration: it makes drivers and searches for devices.
+//! A loaded declaration: creates drivers and searches for devices.
 use super::abi;
 use super::c_declaration::Words;
 use super::driver;
@@ -20,7 +20,7 @@ unsafe impl Send for Foreign {}
 unsafe impl Sync for Foreign {}
 
 impl Foreign {
-    /// Returns the declaration of a driver; it stays valid, as its library stays loaded.
+    /// Returns the declaration of a driver; it stays valid, because its library stays loaded.
     pub(super) fn declare(of: &'static abi::Driver, words: Words) -> &'static Declaration {
         let loaded: &'static Foreign = Box::leak(Box::new(Foreign { of, words }));
         let words = &loaded.words;
@@ -38,12 +38,12 @@ impl Foreign {
     }
 }
 
-/// Returns an error: `loaded` makes the drivers.
+/// Returns an error, because `loaded` creates the drivers.
 fn nobody_makes(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     Err(given.wrong("", "it was loaded from a file, which makes it"))
 }
 
-/// Returns an error: `loaded` searches for devices.
+/// Returns an error, because `loaded` searches for devices.
 fn nobody_scans(given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     Err(given.wrong("", "it was loaded from a file, which looks for it"))
 }

@@ -3,14 +3,14 @@
 //!
 //! | module | |
 //! |---|---|
-//! | `abi` | the bytes that both sides share |
+//! | `abi` | the memory layout that both sides share |
 //! | `load` | a file: its version and sizes are checked before any of it is trusted |
-//! | `c_declaration` | its declarations, read into those of all drivers |
-//! | `host` | functions that a driver may call during a call |
+//! | `c_declaration` | its declarations, converted into those of all drivers |
+//! | `host` | functions that a driver may call during a call to it |
 //! | `instance` | the memory of one driver |
 //! | `driver` | a driver that calls it |
 //! | `services` | its services |
-//! | `loaded_driver` | its declaration, which makes drivers and searches for devices |
+//! | `loaded_driver` | its declaration, which creates drivers and searches for devices |
 // `opengpac new driver --in rust` copies this file into a driver: both sides are compiled from the same text.
 #[doc(hidden)]
 #[path = "../../../../python/opengpac/drivers/rust/abi.rs"]

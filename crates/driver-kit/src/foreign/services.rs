@@ -48,7 +48,7 @@ impl Services for Calls {
     }
 }
 
-/// Returns an answer of the declared kind; `None` if it is of another kind.
+/// Returns an answer of the declared kind; `None` if it is of a different kind.
 fn answered(json: &str, kind: Kind) -> Option<Value> {
     let value: Value = serde_json::from_str(json).ok()?;
     match kind {

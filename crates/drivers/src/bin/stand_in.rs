@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes for the tests of this crate: `rtp` opens the plant described by its first frame and commands it until it is killed.
+//! Processes for the tests of this crate: `rtp`, which opens the plant described by its first frame and commands it until it is killed.
 use device::Direction;
 use interconnect::Link;
 use process_kit::{UnixLink, inherited};
@@ -13,7 +13,7 @@ fn main() {
     }
 }
 
-/// Sends the handle that makes its plant safe, then commands an effort of 1 for every part until it is killed.
+/// Sends the handle that makes the plant safe, then commands an effort of 1 for every part until the process is killed.
 fn rtp() {
     let link = UnixLink::from_descriptor(inherited("link").expect("passed")).expect("a socket");
     let options = link.receive(Duration::from_secs(10)).expect("the test is there").expect("in time");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services of loopback parts off the cycle. The source never waits for them: the result of a service is taken at the next reading.
+//! Services of loopback parts off the cycle. The source never waits for them: the result of a service takes effect at the next reading.
 use device::{DeviceError, Kind, OptionWord, ServiceWord, Services, UNLIMITED};
 use serde_json::Value;
 use std::sync::Arc;
@@ -19,13 +19,13 @@ const PLACE: [OptionWord; 2] = [
 const HOLD: [OptionWord; 1] = [OptionWord::needed("seconds", Kind::Number, "duration of the delay").unit("s").within(0.0, 60.0)];
 
 device::counters! {
-    /// Counters of the driver.
+    /// Counters of the loopback driver.
     pub(super) enum Count {
         Readings: "readings", "", "number of readings";
     }
 }
 
-/// Sentinel for a part without a set position: a NaN bit pattern that services never store.
+/// Sentinel for a part whose position was not set: a NaN bit pattern that services never store.
 const STAYS: u64 = u64::MAX;
 
 /// Positions set by services since the last reading.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Arbitrary bytes for this Modbus implementation to parse, for fuzzers: nothing panics, and accepted bytes are those that would be
-//! written.
+//! Arbitrary bytes for this Modbus implementation to parse, for fuzzers: parsing never panics, and accepted bytes are identical to their
+//! encoding.
 use super::frame::{FRAME_MAX, answer_len, framed, mbap, rtu, unframed};
 use super::map::{Block, End, MappedChannel, blocks, places};
 use super::pdu::{NoAnswer, PDU_MAX, Request, Space, objects, refusal};
@@ -8,10 +8,10 @@ use super::server::Tables;
 use serde_json::json;
 use std::sync::LazyLock;
 
-/// Length in bytes of the channels of [`PLACES`].
+/// Total length in bytes of the channels of [`PLACES`].
 const READINGS: usize = 128;
 
-/// Channels, one of each form.
+/// Channels, one of each format.
 static PLACES: LazyLock<Vec<MappedChannel>> = LazyLock::new(|| {
     let channels = json!({
         "a": { "holding": 0, "type": "double", "order": "CDAB" }, "b": { "holding": 4, "type": "int32", "raw": true }, "c": { "holding": 6, "bit": 15 },
@@ -20,10 +20,11 @@ static PLACES: LazyLock<Vec<MappedChannel>> = LazyLock::new(|| {
     places(channels.as_object().expect("a table"), End::Server).expect("they are right").1
 });
 
-/// Requests and stores of a client.
+/// Blocks in which a client reads the channels of [`PLACES`].
 static BLOCKS: LazyLock<Vec<Block>> = LazyLock::new(|| blocks(&PLACES, 20));
 
-/// Parses bytes; the first selects the form of the others: requests to a server, an answer to a client, or a frame on a serial line.
+/// Parses bytes. The first one selects the meaning of the others: requests to a server, an answer to a client, or a frame on a serial
+/// line.
 pub fn modbus(bytes: &[u8]) {
     match bytes.split_first() {
         Some((0, rest)) => requests(rest),
@@ -33,7 +34,7 @@ pub fn modbus(bytes: &[u8]) {
     }
 }
 
-/// Checks that each request is carried out or refused, in a frame that is parsed as it was written.
+/// Checks that each request is carried out or refused, and that the frame of the answer parses to the answer that was encoded.
 fn requests(mut bytes: &[u8]) {
     let mut tables = Tables::new(&PLACES);
     while let Ok(Some(frame)) = framed(bytes) {
@@ -52,7 +53,7 @@ fn requests(mut bytes: &[u8]) {
     }
 }
 
-/// Parses answers; the first two bytes give the request.
+/// Parses answers; the first two bytes select the request.
 fn answers(bytes: &[u8]) {
     let [table, count, pdu @ ..] = bytes else { return };
     let space = [Space::Coil, Space::Discrete, Space::Input, Space::Holding][usize::from(table % 4)];
@@ -71,7 +72,7 @@ fn answers(bytes: &[u8]) {
     BLOCKS.iter().for_each(|block| block.store(pdu, &mut readings));
 }
 
-/// Checks that a frame has the length given at its start, and is the only encoding of its unit and PDU.
+/// Checks that a frame has the length derived from its first bytes, and is the only encoding of its unit and PDU.
 fn line(bytes: &[u8]) {
     if let Ok(Some(len)) = answer_len(bytes) {
         assert!(len <= FRAME_MAX);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A Modbus device as a driver: its channels are polled and written on a thread of its own.
+//! A Modbus device as a driver: its channels are polled and written on a dedicated thread.
 use super::link::{Answer, Count, Fault, Link};
 use super::map::{Block, MappedChannel, Write, blocks};
 use super::pdu::{Exception, PDU_MAX, Request, Space};
@@ -9,24 +9,24 @@ use std::sync::Arc;
 
 pub(super) struct Client {
     channels: Vec<Channel>,
-    /// Link, `None` after closing. A serial line is released when its last unit has dropped it.
+    /// Link; `None` after closing. A serial line is released when its last unit drops its link.
     link: Option<Link>,
     counters: Arc<Counters>,
     blocks: Vec<Block>,
     outputs: Vec<Output>,
     desk: Arc<Desk>,
-    /// Last readings: blocks may have different periods.
+    /// Latest readings of all channels. Kept because a firing polls only the blocks that are due.
     readings: Vec<u8>,
-    /// True as long as mask writes are tried: until the device refuses the function.
+    /// True while mask writes are attempted, until the device refuses the function.
     has_mask_write: bool,
 }
 
-/// A written channel.
+/// A write channel.
 struct Output {
     place: MappedChannel,
     /// Index among the write channels.
     index: usize,
-    /// Value in its form on the wire, and the value last accepted by the device.
+    /// Value in its wire format, and the value last accepted by the device.
     wire: [u8; 8],
     taken: Option<[u8; 8]>,
     is_due: bool,
@@ -62,7 +62,7 @@ impl Client {
         Ok(())
     }
 
-    /// Converts the value of each output to its form on the wire; `value` returns the bytes of a channel.
+    /// Converts the value of each output to its wire format; `value` returns the bytes of a channel.
     fn prepare(&mut self, value: impl Fn(&Output) -> (Vec<u8>, bool)) {
         for output in &mut self.outputs {
             let (bytes, engaged) = value(output);
@@ -79,7 +79,8 @@ impl Client {
         }
     }
 
-    /// Writes the outputs that are due; neighbours share a request. With `once`, nothing is repeated, and the first failure ends it.
+    /// Writes the outputs that are due; adjacent ones share a request. With `once`, failed requests are not repeated, and the first
+    /// failure ends the call.
     fn send(&mut self, once: bool) -> Result<(), DeviceError> {
         let link = self.link.as_ref().ok_or_else(closed)?;
         let mut at = 0;
@@ -106,13 +107,14 @@ impl Client {
     }
 }
 
-/// Returns the answer to a request. With `once`, it is not repeated.
+/// Returns the answer to a request. With `once`, the request is not repeated.
 fn asked(link: &Link, request: &Request<'_>, once: bool) -> Result<Answer, DeviceError> {
     if once { link.ask_once(request).map_err(|fault| link.error(request, &fault)) } else { link.ask(request) }
 }
 
-/// Writes the parts of one register that are due and keeps its other bits. A mask write preserves concurrent writes by others; if the
-/// device does not support it, the register is read and written, and a write by another master between the two is lost.
+/// Writes the parts of one register that are due, and preserves its other bits. A mask write preserves concurrent writes by other
+/// masters; if the device does not support it, the register is read and then written, and a write by another master between the two is
+/// lost.
 fn send_parts(link: &Link, parts: &[Output], has_mask_write: &mut bool, once: bool) -> Result<(), DeviceError> {
     let address = parts[0].place.address;
     let due = parts.iter().filter(|part| part.is_due);
@@ -134,7 +136,7 @@ fn send_parts(link: &Link, parts: &[Output], has_mask_write: &mut bool, once: bo
     asked(link, &Request::Write { space: Space::Holding, address, count: 1, data: &(held & keep | set).to_be_bytes() }, once).map(drop)
 }
 
-/// Returns the index after the last output that shares a request with the one at `at`: its neighbours, or the other parts of its
+/// Returns the index after the last output that shares a request with the one at `at`: adjacent outputs, or the other parts of its
 /// register.
 fn run_from(outputs: &[Output], at: usize) -> usize {
     let first = &outputs[at].place;
@@ -157,7 +159,7 @@ fn closed() -> DeviceError {
     DeviceError { message: "it is closed; open the device again".to_owned() }
 }
 
-/// Returns the data of one request, and its number of registers or bits.
+/// Returns the data of one request, and the number of registers or bits.
 fn data_of(outputs: &[Output]) -> ([u8; PDU_MAX], u16) {
     let (mut data, mut count) = ([0; PDU_MAX], 0_u16);
     for output in outputs {

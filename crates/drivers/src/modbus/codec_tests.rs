@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The codec, with arbitrary incoming bytes.
+//! Tests of the codec with arbitrary incoming bytes.
 use super::frame::*;
 use super::map::{Block, End, blocks, places};
 use super::pdu::*;
 use proptest::prelude::*;
 use serde_json::json;
 
-/// Pseudo-random numbers, the same in each run.
+/// Pseudo-random numbers, which are the same in each run.
 struct Draws(u64);
 
 impl Draws {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Frames around requests and answers: MBAP on TCP, unit and CRC on a serial line.
 //!
-//! Nothing here allocates or panics, whatever the bytes are.
+//! No function here allocates or panics, whatever the bytes are.
 use super::pdu::{MASK_WRITE, PDU_MAX};
 
-/// Bytes before a PDU on TCP: transaction, protocol, length, unit.
+/// Length of the header before a PDU on TCP: transaction, protocol, length, unit.
 pub(super) const MBAP: usize = 7;
 /// Maximum length of a frame of either kind.
 pub(super) const FRAME_MAX: usize = MBAP + PDU_MAX;
@@ -23,7 +23,7 @@ pub(super) struct TcpFrame<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct DamagedFrame;
 
-/// Makes a frame for TCP, and returns its length.
+/// Creates a TCP frame, and returns it with its length.
 pub(super) fn mbap(transaction: u16, unit: u8, pdu: &[u8]) -> ([u8; FRAME_MAX], usize) {
     let mut frame = [0; FRAME_MAX];
     let len = pdu.len().min(PDU_MAX);
@@ -50,7 +50,7 @@ pub(super) fn framed(bytes: &[u8]) -> Result<Option<TcpFrame<'_>>, DamagedFrame>
     Ok(rest.get(..length - 1).map(|pdu| TcpFrame { transaction: u16::from_be_bytes([t0, t1]), unit, pdu, len: MBAP + pdu.len() }))
 }
 
-/// Makes a frame for a serial line, and returns its length.
+/// Creates a frame for a serial line, and returns it with its length.
 pub(super) fn rtu(unit: u8, pdu: &[u8]) -> ([u8; FRAME_MAX], usize) {
     let mut frame = [0; FRAME_MAX];
     let len = 1 + pdu.len().min(PDU_MAX);
@@ -61,7 +61,7 @@ pub(super) fn rtu(unit: u8, pdu: &[u8]) -> ([u8; FRAME_MAX], usize) {
     (frame, len + 2)
 }
 
-/// Returns unit and PDU of a complete frame of a serial line.
+/// Returns the unit and PDU of a complete frame on a serial line.
 pub(super) fn unframed(frame: &[u8]) -> Result<(u8, &[u8]), DamagedFrame> {
     let (body, crc) = frame.split_last_chunk::<2>().ok_or(DamagedFrame)?;
     match body.split_first() {
@@ -70,7 +70,7 @@ pub(super) fn unframed(frame: &[u8]) -> Result<(u8, &[u8]), DamagedFrame> {
     }
 }
 
-/// Returns the length of an answer on a serial line with this start; `None` if the start is too short.
+/// Returns the length of an answer on a serial line that begins with these bytes; `None` if there are too few.
 pub(super) fn answer_len(begins: &[u8]) -> Result<Option<usize>, DamagedFrame> {
     let Some(function) = begins.get(1) else { return Ok(None) };
     let len = match function {
@@ -84,7 +84,8 @@ pub(super) fn answer_len(begins: &[u8]) -> Result<Option<usize>, DamagedFrame> {
     if len.is_some_and(|len| len > FRAME_MAX) { Err(DamagedFrame) } else { Ok(len) }
 }
 
-/// Returns the length of unit, function, type, code, conformity, more, next, count, the objects, CRC.
+/// Returns the length of an identification answer on a serial line: unit, function, type, code, conformity, more, next, count, the
+/// objects, CRC.
 fn identification_len(begins: &[u8]) -> Option<usize> {
     let mut at = 8;
     for _ in 0..*begins.get(7)? {
@@ -93,7 +94,7 @@ fn identification_len(begins: &[u8]) -> Option<usize> {
     Some(at + 2)
 }
 
-/// Returns the CRC-16/MODBUS: polynomial 0x8005, reflected, initial value 0xFFFF.
+/// Computes the CRC-16/MODBUS: polynomial 0x8005, reflected, initial value 0xFFFF.
 pub(super) fn crc16(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0xFFFF, |crc, byte| {
         let at = usize::from((crc ^ u16::from(*byte)) & 0xFF);

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A request and its answer: over TCP, each device has a connection of its own; a serial line is shared by the units on it in turns.
+//! A request and its answer. Over TCP, each device has a connection of its own; a serial line is shared in turns by the units on it.
 //!
 //! | received | action |
 //! |---|---|
-//! | half a frame | waits for the rest until the time limit |
+//! | part of a frame | waits for the rest until the time limit |
 //! | an answer to an earlier transaction | drops it, and counts it as late |
-//! | an invalid frame, another unit, another function | counts it as damaged; repeats the request, over TCP on a new connection |
+//! | an invalid frame, wrong unit, wrong function | counts it as damaged; repeats the request, over TCP on a new connection |
 //! | nothing | counts a timeout; repeats the request |
 //! | an exception | reports it; repeats the request only if the device is busy |
 use super::frame::{self, FRAME_MAX, framed, unframed};
@@ -36,7 +36,7 @@ pub(super) fn address_of(text: &str) -> Result<Address, String> {
     Address::parse(text, "rtu", Settings { baud: 19_200, parity: Parity::Even, stop_bits: 1 }, Some(502))
 }
 
-/// Problem of a damaged answer.
+/// Problem with a damaged answer.
 const NO_HEADER: &str = "it does not begin with a Modbus TCP header";
 const NO_FUNCTION: &str = "its function code or its length is not valid in Modbus";
 const WRONG_SUM: &str = "its CRC is wrong; check the cable, terminating resistors, baud rate and parity";
@@ -50,7 +50,7 @@ const CUT_OFF: &str = "it was incomplete";
 pub(super) enum Fault {
     Exception(Exception),
     Timeout(Duration),
-    /// The answer was damaged; this is the problem.
+    /// The answer was damaged; the value describes the problem.
     Damaged(&'static str),
     /// The connection or the line has failed.
     Broken(String),
@@ -92,21 +92,21 @@ pub(super) struct Link<L = Arc<Turns<Line>>> {
     /// Address of the device, for people.
     place: String,
     pub unit: u8,
-    /// Time limit for a response.
+    /// Time limit for an answer.
     pub answer: Duration,
     /// Number of repetitions of a request.
     pub retries: u32,
     pub counters: Arc<Counters>,
 }
 
-/// Serial lines in use by this process, by their paths.
+/// Serial lines in use by this process, by path.
 static LINES: Mutex<BTreeMap<String, Weak<Turns<Line>>>> = Mutex::new(BTreeMap::new());
 
 impl Link {
-    /// Makes a link that is not connected or opened yet.
+    /// Creates a link that is not connected or opened yet.
     ///
     /// # Errors
-    /// Fails if the line is in use at another speed; the error is a message.
+    /// Fails if the line is in use at another baud rate; the error is a message.
     pub(super) fn new(address: &Address, unit: u8, answer: Duration, retries: u32) -> Result<Link, String> {
         let line = match address {
             Address::Tcp(_) => Arc::new(Turns::new(Line::new(address))),
@@ -127,7 +127,7 @@ impl Link {
         Ok(Link { line, place: address.to_string(), unit, answer, retries, counters: Arc::new(Counters::new(Count::WORDS)) })
     }
 
-    /// Returns the same link, without keeping the line open.
+    /// Returns a link to the same device that does not keep the line open.
     pub(super) fn downgrade(&self) -> Link<Weak<Turns<Line>>> {
         Link {
             line: Arc::downgrade(&self.line),
@@ -139,7 +139,7 @@ impl Link {
         }
     }
 
-    /// Ends the connection. A serial line is closed when its last unit is dropped.
+    /// Closes the connection. A serial line is closed when its last unit drops its link.
     pub(super) fn close(&self) {
         let mut line = self.line.take();
         if matches!(line.address, Address::Tcp(_)) {
@@ -188,7 +188,7 @@ impl Link {
 }
 
 impl Link<Weak<Turns<Line>>> {
-    /// Returns the link; `None` if the device was closed.
+    /// Returns a link that keeps the line open; `None` if the device was closed.
     pub(super) fn upgrade(&self) -> Option<Link> {
         let line = self.line.upgrade()?;
         Some(Link { line, place: self.place.clone(), unit: self.unit, answer: self.answer, retries: self.retries, counters: self.counters.clone() })
@@ -320,8 +320,8 @@ impl Line {
         }
     }
 
-    /// Waits until the rest of a damaged frame cannot be mistaken for the start of the next answer. Adapters forward received bytes every
-    /// 16 ms.
+    /// Waits until the rest of a damaged frame can no longer be mistaken for the start of the next answer. Adapters forward received
+    /// bytes every 16 ms.
     fn wait_for_silence(&mut self, deadline: Instant) {
         loop {
             self.filled = 0;
@@ -339,7 +339,7 @@ impl Line {
         }
     }
 
-    /// Returns the duration of 3.5 characters, at least 1.75 ms.
+    /// Returns the transmission time of 3.5 characters, at least 1.75 ms.
     fn silence(&self) -> Duration {
         (self.byte_time() * 7 / 2).max(Duration::from_micros(1_750))
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Map of the channels to the tables of a device, as declared by a program.
+//! Mapping of channels to the tables of a device, as declared by a program.
 use super::pdu::Space;
 use super::value::{Form, Of, Order};
 use device::{Channel, Kind, Layout, OptionWord, Slot};
@@ -21,7 +21,7 @@ pub(super) const CHANNEL: [OptionWord; 9] = [
     OptionWord::with_default("slew", Kind::Number, "none", "its maximum rate, per second").above(0.0, 1e15),
 ];
 
-/// A declared channel: the table is the key of its address.
+/// A declared channel. The table is the key that contains its address.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ChannelOptions {
@@ -48,7 +48,7 @@ struct ChannelOptions {
     doc: String,
 }
 
-/// A byte of a register.
+/// High or low byte of a register.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 enum Byte {
@@ -56,23 +56,23 @@ enum Byte {
     Low,
 }
 
-/// Side of the protocol on which the channels are.
+/// Side of the protocol on which this driver is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum End {
-    /// The driver polls a device.
+    /// The driver is a client, which polls a device.
     Client,
-    /// The driver is the device that clients poll: it reads the values that they wrote.
+    /// The driver is the device that clients poll; it reads the values that they wrote.
     Server,
 }
 
-/// Condition under which a channel is written.
+/// Condition under which a channel is written to the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Write {
-    /// The channel is read.
+    /// Never written, because the channel is read.
     Never,
-    /// The channel is written when its value on the wire has changed.
+    /// Written if the value on the wire has changed.
     Changed,
-    /// The channel is written in each period.
+    /// Written in each period.
     Each,
 }
 
@@ -107,21 +107,21 @@ impl MappedChannel {
         self.form.registers()
     }
 
-    /// Returns true if the channel is a part of a register, whose other bits belong to other channels or to the device.
+    /// Returns true if the channel is a part of a register, the other bits of which belong to other channels or to the device.
     pub(super) fn is_part(&self) -> bool {
         self.form.mask() != u16::MAX
     }
 
-    /// Returns the address after the last one of the channel.
+    /// Returns the address after the last address of the channel.
     pub(super) fn end(&self) -> u32 {
         u32::from(self.address) + u32::from(self.count())
     }
 }
 
-/// Returns the channels and their locations, in the order of their declaration.
+/// Returns the channels and their locations, in order of declaration.
 ///
 /// # Errors
-/// Returns a message with the name of the wrong channel.
+/// Returns a message that names the invalid channel.
 pub(super) fn places(declared: &Map<String, Value>, end: End) -> Result<(Vec<Channel>, Vec<MappedChannel>), String> {
     let mut layout = Layout::default();
     let mut places = Vec::new();
@@ -137,7 +137,7 @@ pub(super) fn places(declared: &Map<String, Value>, end: End) -> Result<(Vec<Cha
     }
 }
 
-/// Checks that no channel overwrites another one.
+/// Checks that no channel overlaps another one.
 fn overlap(places: &[MappedChannel], end: End) -> Result<(), String> {
     let mut claimed: Vec<&MappedChannel> = places.iter().filter(|place| end == End::Server || place.write != Write::Never).collect();
     // Sorted by masks too, so that overlapping parts of one register are neighbours.
@@ -251,7 +251,7 @@ fn safe(asked: &ChannelOptions, form: &Form) -> Result<Vec<u8>, String> {
     }
 }
 
-/// Block that one request reads: a range of one table, and the channels in it.
+/// Block that is read by one request: a range of one table, and the channels in it.
 #[derive(Clone, Debug)]
 pub(super) struct Block {
     pub space: Space,
@@ -262,8 +262,8 @@ pub(super) struct Block {
     pub places: Vec<MappedChannel>,
 }
 
-/// Returns the minimum number of requests that read these channels: neighbours in the same table and at the same pace are merged, across
-/// at most `gap` undeclared addresses, up to the limit of the protocol.
+/// Returns the minimum number of requests that read these channels: adjacent channels in the same table and with the same period are
+/// merged, across at most `gap` undeclared addresses, up to the limit of the protocol.
 pub(super) fn blocks(places: &[MappedChannel], gap: u16) -> Vec<Block> {
     let mut read: Vec<&MappedChannel> = places.iter().filter(|place| place.write == Write::Never).collect();
     read.sort_by_key(|place| (place.every_ns, place.space, place.address, place.count()));
@@ -295,7 +295,7 @@ pub(super) fn blocks(places: &[MappedChannel], gap: u16) -> Vec<Block> {
 }
 
 impl Block {
-    /// Stores the data read by its request into the readings.
+    /// Stores the data read by the block's request into the readings.
     pub(super) fn store(&self, data: &[u8], readings: &mut [u8]) {
         for place in &self.places {
             let at = usize::from(place.address - self.address);

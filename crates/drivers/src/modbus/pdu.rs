@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Requests and answers of Modbus, without the frame around them: the PDU of "MODBUS application protocol 1.1b3".
+//! Modbus requests and answers without the frame around them: the PDU of "MODBUS application protocol 1.1b3".
 //!
-//! Nothing here allocates or panics, whatever the bytes are.
+//! No function here allocates or panics, whatever the bytes are.
 use std::fmt;
 
 /// Maximum length of a PDU.
@@ -78,20 +78,20 @@ pub(super) enum Request<'a> {
         address: u16,
         count: u16,
     },
-    /// `data` is in wire order: registers with the high byte first, bits from the lowest of the first byte.
+    /// Writes items. `data` is in wire order: registers are big-endian, and bits start at the least significant bit of the first byte.
     Write {
         space: Space,
         address: u16,
         count: u16,
         data: &'a [u8],
     },
-    /// Changes bits of a holding register in the device itself: the bits in `keep` stay, the others are set to those of `set`.
+    /// Changes bits of a holding register within the device: the bits in `keep` are preserved, the others are set to those of `set`.
     Mask {
         address: u16,
         keep: u16,
         set: u16,
     },
-    /// Requests the identity of the device, starting from this object.
+    /// Requests the identification of the device, starting from this object.
     Identify {
         from: u8,
     },
@@ -112,7 +112,7 @@ impl fmt::Display for Request<'_> {
     }
 }
 
-/// Exception codes of a device, by their names in the standard.
+/// Exception code of a device, with its name in the standard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Exception(pub u8);
 
@@ -121,7 +121,7 @@ impl Exception {
     pub(super) const ILLEGAL_ADDRESS: Exception = Exception(2);
     pub(super) const ILLEGAL_VALUE: Exception = Exception(3);
 
-    /// Returns true if the same request may soon succeed: acknowledge, busy, and a gateway without an answer.
+    /// Returns true if the same request may soon succeed: acknowledge, busy, or no answer from a gateway's target.
     pub(super) fn passes(self) -> bool {
         matches!(self.0, 5 | 6 | 11)
     }
@@ -149,7 +149,7 @@ impl fmt::Display for Exception {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum NoAnswer {
     Refused(Exception),
-    /// The function, the length or the addresses differ.
+    /// The function code, the length or the addresses do not match the request.
     Foreign,
 }
 
@@ -167,7 +167,7 @@ impl Pdu {
         &self.bytes[..self.len]
     }
 
-    /// Appends bytes and drops those that do not fit; no request in this module is that long.
+    /// Appends bytes, and drops those that do not fit; no request in this module exceeds the capacity.
     pub(super) fn put(&mut self, more: &[u8]) {
         let end = (self.len + more.len()).min(PDU_MAX);
         self.bytes[self.len..end].copy_from_slice(&more[..end - self.len]);
@@ -253,8 +253,8 @@ impl<'a> Request<'a> {
         }
     }
 
-    /// Returns the data of a device's answer to this request: the bits or registers of a read, the objects of an identification, nothing
-    /// for a write.
+    /// Returns the data of a device's answer to this request: the bits or registers of a read, the objects of an identification, or
+    /// nothing for a write.
     pub(super) fn answer<'b>(&self, pdu: &'b [u8]) -> Result<&'b [u8], NoAnswer> {
         let function = self.encode().bytes[0];
         match (*self, pdu) {
@@ -273,14 +273,14 @@ impl<'a> Request<'a> {
     }
 }
 
-/// Returns the answer of a device that refuses.
+/// Returns the answer by which a device refuses a request.
 pub(super) fn refusal(function: u8, why: Exception) -> Pdu {
     let mut pdu = Pdu::EMPTY;
     pdu.put(&[function | 0x80, why.0]);
     pdu
 }
 
-/// Returns the objects of an identification, `(id, text)` each, and the object from which to continue.
+/// Returns the objects of an identification, each as `(id, text)`, and the object at which to continue.
 pub(super) fn objects(data: &[u8]) -> (impl Iterator<Item = (u8, &[u8])>, Option<u8>) {
     let (more, count, mut rest) = match data {
         [_conformity, more, next, count, rest @ ..] => ((*more == 0xFF).then_some(*next), *count, rest),

@@ -8,12 +8,12 @@ use device::{DriverError, FoundDevice, GivenOptions};
 use serde_json::json;
 use std::time::Duration;
 
-/// Default time limit for a response: a line of 247 units is searched in 25 s.
+/// Default time limit for an answer; with it, a line of 247 units is searched in 25 s.
 const ANSWER: Duration = Duration::from_millis(100);
-/// Default time limit over TCP, as a device may be behind a gateway.
+/// Default time limit over TCP, which is longer because a device may be behind a gateway.
 const ANSWER_TCP: Duration = Duration::from_millis(500);
 
-/// Searches `address`: a serial line, or TCP addresses separated by commas; `unit` restricts the search to that unit.
+/// Searches `address`, a serial line or TCP addresses separated by commas; `unit` restricts the search to that unit.
 pub(super) fn scan(given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     let value = given.value();
     let Some(asked) = value["address"].as_str() else {

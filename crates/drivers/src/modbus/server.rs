@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Signals of a cell offered to Modbus clients, such as a line controller or an operator panel: it reads the values that they write, and
-//! they read its own.
+//! Signals of a cell offered to Modbus clients, such as a line controller or an operator panel: the cell reads the values that clients
+//! write, and clients read the values of the cell.
 //!
 //! | module | |
 //! |---|---|

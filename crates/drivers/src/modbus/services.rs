@@ -33,10 +33,10 @@ pub(super) static SERVICES: [ServiceWord; 3] = [
     },
 ];
 
-/// Services that run outside the exchange, in the device's turn on its line.
+/// Services carried out outside the exchange, in the device's turn on its line.
 pub(super) struct Desk {
     link: Link<Weak<Turns<Line>>>,
-    /// Written channels.
+    /// Write channels.
     outputs: Vec<MappedChannel>,
 }
 
@@ -89,7 +89,7 @@ impl Services for Desk {
     }
 }
 
-/// Address in the arguments.
+/// Address passed in the arguments.
 struct At {
     space: Space,
     address: u16,
@@ -118,7 +118,7 @@ fn wrong(message: &str) -> DeviceError {
     DeviceError { message: message.to_owned() }
 }
 
-/// Names of the objects in the standard.
+/// Names of the identification objects in the standard.
 const OBJECTS: [&str; 7] = ["vendor", "product_code", "version", "vendor_url", "product", "model", "application"];
 
 /// Returns the identification of the device (function 43/14).

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A lock that is granted in the order of requests. Units on one serial line use it to take turns: with a plain mutex, a unit that
-//! immediately locks it again would often overtake those that wait.
+//! immediately locks it again would often overtake those that are waiting.
 use std::ops::{Deref, DerefMut};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 pub(super) struct Turns<T> {
-    /// Next ticket to issue, and the one whose turn it is.
+    /// Next ticket to issue, and the ticket whose turn it is.
     tickets: Mutex<(u64, u64)>,
     moved: Condvar,
     of: Mutex<T>,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Meaning of registers: numbers over one to four of them, in one of four byte orders, with scale and offset; single bits.
+//! Interpretation of registers: numbers that span one to four of them, in one of four byte orders, with scale and offset; single bits.
 use device::counts::Counts;
 use device::{Number, Type};
 use serde::Deserialize;
@@ -31,7 +31,7 @@ impl Of {
         }
     }
 
-    /// Returns the corresponding type in C.
+    /// Returns the corresponding C type.
     fn number(self) -> Number {
         match self {
             Of::Int16 => Number::Int16,
@@ -51,24 +51,24 @@ impl Of {
     }
 }
 
-/// Returns the lowest bits of counts as bytes, highest first.
+/// Returns the least significant bits of counts as big-endian bytes.
 fn bytes_of(counts: &Counts, raw: u64) -> [u8; 8] {
     (raw << (64 - counts.bits)).to_be_bytes()
 }
 
-/// Returns the counts in these bytes, highest first.
+/// Returns the counts in these big-endian bytes.
 fn raw_of(counts: &Counts, bytes: [u8; 8]) -> u64 {
     u64::from_be_bytes(bytes) >> (64 - counts.bits)
 }
 
-/// Position of the highest byte of a number, in the notation of device manuals.
+/// Byte order of a number, in the notation of device manuals.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 pub(super) enum Order {
-    /// Order of the standard: high word first, each with its high byte first.
+    /// Order of the standard: most significant word first, each word big-endian.
     #[default]
     #[serde(rename = "ABCD")]
     Abcd,
-    /// Low word first.
+    /// Least significant word first.
     #[serde(rename = "CDAB")]
     Cdab,
     #[serde(rename = "BADC")]
@@ -78,7 +78,7 @@ pub(super) enum Order {
 }
 
 impl Order {
-    /// Converts bytes from wire order to highest first, or back: each order is its own inverse.
+    /// Converts bytes from wire order to big-endian or back, because each order is its own inverse.
     fn turn(self, bytes: &mut [u8]) {
         if matches!(self, Order::Cdab | Order::Dcba) {
             let words = bytes.len() / 2;
@@ -94,18 +94,18 @@ impl Order {
     }
 }
 
-/// Form of a channel in registers or in a bit.
+/// Format of a channel in registers or in a bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Form {
     /// A coil or a discrete input.
     Coil,
     /// A bit of a register.
     Bit(u8),
-    /// `value = scale * number + offset` of the high or the low byte of a register, as a double.
+    /// `value = scale * number + offset`, where the number is the high or the low byte of a register, as a double.
     Byte { is_high: bool, scale: f64, offset: f64 },
     /// `value = scale * number + offset`, as a double.
     Scaled { of: Of, order: Order, scale: f64, offset: f64 },
-    /// The plain number, in the type of that name in C.
+    /// Plain number, in the C type of that name.
     Raw { of: Of, order: Order },
 }
 
@@ -117,7 +117,7 @@ impl Form {
         }
     }
 
-    /// Returns the mask of the channel's bits in its register; all bits if it takes whole registers.
+    /// Returns the mask of the channel's bits in its register; all bits if it occupies whole registers.
     pub(super) fn mask(&self) -> u16 {
         match self {
             Form::Bit(bit) => 1 << bit,
@@ -135,7 +135,7 @@ impl Form {
         }
     }
 
-    /// Converts registers on the wire to a channel. Both must have the length of the form; shorter slices are ignored.
+    /// Converts registers on the wire to a channel. Both must have the length required by the format; shorter slices are ignored.
     pub(super) fn read(&self, wire: &[u8], channel: &mut [u8]) {
         let len = 2 * usize::from(self.registers());
         let (Some(wire), true) = (wire.get(..len), channel.len() == self.channel_type().len()) else { return };
@@ -161,8 +161,8 @@ impl Form {
         }
     }
 
-    /// Converts a channel to its form on the wire. Returns the bytes, and whether the value fitted: otherwise they are the nearest value.
-    /// Returns `None` for NaN.
+    /// Converts a channel to its wire format. Returns the bytes, and true if the value was in range; otherwise, the bytes are those of
+    /// the nearest value. Returns `None` for NaN.
     pub(super) fn write(&self, channel: &[u8]) -> Option<([u8; 8], bool)> {
         let len = 2 * usize::from(self.registers());
         match *self {
@@ -191,7 +191,7 @@ impl Form {
     }
 }
 
-/// Returns a value in its form on the wire, and whether it fitted.
+/// Returns a value in its wire format, and true if it was in range.
 fn written(counts: &Counts, order: Order, value: f64) -> Option<([u8; 8], bool)> {
     let (raw, fits) = counts.counts(value)?;
     let mut bytes = bytes_of(counts, raw);
@@ -199,12 +199,12 @@ fn written(counts: &Counts, order: Order, value: f64) -> Option<([u8; 8], bool)>
     Some((bytes, fits))
 }
 
-/// Returns the conversion of one byte.
+/// Returns the conversion of a single byte.
 fn byte(scale: f64, offset: f64) -> Counts {
     Counts { scale, offset, ..Counts::of(Number::Uint8) }
 }
 
-/// Returns the number of bits by which a byte is shifted in its register.
+/// Returns the number of bits by which a byte is shifted within its register.
 fn shift(is_high: bool) -> u32 {
     if is_high { 8 } else { 0 }
 }
@@ -215,7 +215,7 @@ fn in_register(value: u16) -> [u8; 8] {
     [high, low, 0, 0, 0, 0, 0, 0]
 }
 
-/// Converts bytes from highest first to the order of this machine, or back.
+/// Converts bytes from big-endian to the byte order of this machine, or back.
 fn native(bytes: &mut [u8]) {
     if cfg!(target_endian = "little") {
         bytes.reverse();

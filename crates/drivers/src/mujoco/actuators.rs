@@ -8,7 +8,7 @@ const TRANSMISSION_JOINT_IN_PARENT: i32 = 1;
 /// Columns of `actuator_gear` and of `actuator_gainprm`.
 const GEAR_COLUMNS: usize = 6;
 
-/// Returns the effort limit of each joint, the sum over its actuators; `None` for a joint without one.
+/// Returns the effort limit of each joint, summed over its actuators; `None` for a joint without an actuator.
 pub(super) fn efforts(fields: &Fields, joints: usize) -> Vec<Option<f64>> {
     let (kind, target, gear) = (fields.ints("actuator_trntype"), fields.ints("actuator_trnid"), fields.reals("actuator_gear"));
     let (force_limited, force) = (fields.flags("actuator_forcelimited"), fields.reals("actuator_forcerange"));

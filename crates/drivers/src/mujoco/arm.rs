@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An arm as described by its model: joints, tool, sensors, springs and followers, with the compiled model.
+//! An arm as described by its model: joints, tool, sensors, springs and followers, together with the compiled model.
 use super::functions::{Model, MuJoCo, object};
 use device::{Part, Servo};
 use serde_json::{Value, json};
@@ -7,20 +7,20 @@ use std::ffi::{CStr, CString};
 
 /// `mjtJoint` of a free body.
 pub(super) const JOINT_FREE: i32 = 0;
-/// Coefficients of the polynomial that couples two joints.
+/// Number of coefficients of the polynomial that couples two joints.
 pub(super) const TERMS: usize = 5;
 
 /// A commanded joint.
 #[derive(Clone, Debug)]
 pub(super) struct Joint {
     pub part: Part,
-    /// Index of its position in qpos and of its velocity in qvel.
+    /// Index of the joint's position in qpos and of its velocity in qvel.
     pub position: usize,
     pub velocity: usize,
-    /// Inertia that a decoupled effort moves, kg.m^2 (kg), and the gains of a servo of decoupled efforts.
+    /// Inertia moved by a decoupled effort, kg.m^2 (kg), and the gains of a servo that uses decoupled efforts.
     pub inertia: f64,
     pub decoupled: Servo,
-    /// Acceleration that the efforts of all joints can achieve in every pose at the same time, rad/s^2 (m/s^2).
+    /// Acceleration that the efforts of all joints can achieve simultaneously in every pose, rad/s^2 (m/s^2).
     pub acceleration_max: f64,
 }
 
@@ -43,14 +43,14 @@ pub(super) struct Spring {
     pub rest: f64,
 }
 
-/// Location of the tool: a site named `tool` or `attachment_site`, else the site of the first force sensor.
+/// Location of the tool: a site named `tool` or `attachment_site`, otherwise the site of the first force sensor.
 #[derive(Clone, Debug)]
 pub(super) struct Tool {
     pub body: i32,
-    /// Site, and centre of mass of its body, in the body's frame.
+    /// Site and centre of mass of its body, in the body's frame.
     pub site_m: [f64; 3],
     pub centre_m: [f64; 3],
-    /// Sensor of the force at the site, if the model has one.
+    /// Force sensor at the site, if the model has one.
     pub sensor: Option<i32>,
 }
 
@@ -61,7 +61,7 @@ pub(super) struct Follower {
     pub position: usize,
     /// Index of the leader in qvel and in qpos.
     pub leader: (usize, usize),
-    /// q_1 - rest_1 as a polynomial of q_2 - rest_2; the follower is joint 1, or joint 2 if `is_second`.
+    /// Polynomial that gives q_1 - rest_1 as a function of q_2 - rest_2; the follower is joint 1, or joint 2 if `is_second`.
     pub terms: [f64; TERMS],
     pub rest: (f64, f64),
     pub is_second: bool,
@@ -71,7 +71,7 @@ pub(super) struct Follower {
 #[derive(Clone, Debug)]
 pub(super) struct Sensor {
     pub name: String,
-    /// Number in the model, and number of values.
+    /// Number of the sensor in the model, and its number of values.
     pub id: i32,
     pub elements: usize,
     pub unit: &'static str,
@@ -84,23 +84,23 @@ pub(super) struct Arm {
     pub joints: Vec<Joint>,
     pub tool: Option<Tool>,
     pub sensors: Vec<Sensor>,
-    /// Sensor of contacts, and the number of contacts that it reports.
+    /// Contact sensor, and the number of contacts that it reports.
     pub contacts: Option<(i32, usize)>,
     /// Free bodies: name of the joint, and the index of its pose in qpos.
     pub free: Vec<(String, usize)>,
     /// Viscous damping and dry friction of each degree of freedom.
     pub damping: Vec<f64>,
     pub friction: Vec<f64>,
-    /// Part of the friction computed by the plant, and whether there is any: MuJoCo computes the friction of followers and of the degrees
-    /// of freedom in `apart`.
+    /// Part of the friction that is computed by the plant, and a flag that is true if there is any. MuJoCo computes the friction of
+    /// followers and of the degrees of freedom in `apart`.
     pub plant_friction: Vec<f64>,
     pub rubs: bool,
-    /// Tree of bodies of each degree of freedom. Two trees interact only by contact.
+    /// Body tree of each degree of freedom. Two trees interact only through contacts.
     pub trees: Vec<i32>,
     pub springs: Vec<Spring>,
     /// Degrees of freedom that move with others, each before its leader.
     pub followers: Vec<Follower>,
-    /// True for each degree of freedom of a tree of bodies without a commanded joint, which does not feel the arm's inertia.
+    /// True for each degree of freedom in a body tree without a commanded joint, which is not affected by the arm's inertia.
     pub apart: Vec<bool>,
     /// Name of the joint of each degree of freedom.
     pub freedoms: Vec<String>,
@@ -158,7 +158,7 @@ impl Arm {
         (!name.is_null()).then(|| unsafe { CStr::from_ptr(name) }.to_string_lossy().into_owned())
     }
 
-    /// Returns the name of a joint; a free one without a name has that of its body.
+    /// Returns the name of a joint; a free joint without a name takes the name of its body.
     pub fn joint_name(&self, joint: usize, kind: i32, body: i32) -> String {
         let of_body = || (kind == JOINT_FREE).then(|| self.name(object::BODY, body)).flatten();
         self.name(object::JOINT, joint as i32).or_else(of_body).unwrap_or_else(|| format!("joint_{joint}"))

@@ -6,7 +6,7 @@ use device::{Channel, Layout, Slot, Type};
 
 /// Slots of the values of an arm.
 pub(super) struct Slots {
-    /// Slots of each joint: position, velocity, bias, effort of the motor and its limit; effort.
+    /// Slots of each joint: position, velocity, bias, effort of the motor and its limit; separately, the effort.
     pub joints: Vec<([Slot; 5], Slot)>,
     pub force: Option<Slot>,
     pub sensors: Vec<Slot>,
@@ -14,7 +14,7 @@ pub(super) struct Slots {
     /// Pose of each free body.
     pub free: Vec<Slot>,
     pub push: Option<Slot>,
-    /// Decoupled effort of each joint, and the index of the first one among the written channels.
+    /// Decoupled effort of each joint, and the index of the first one among the write channels.
     pub decoupled: Vec<Slot>,
     pub first_decoupled: usize,
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Compilation of a file into a model.
+//! Compilation of an MJCF file into a model.
 use super::contacts::model_with;
 use super::functions::{Files, Model, MuJoCo};
 use super::{log, refusals, trial};
@@ -7,17 +7,17 @@ use device::DriverError;
 use std::ffi::{CStr, CString, c_char, c_int};
 use std::path::{Path, PathBuf};
 
-/// Returns the canonical path: MuJoCo shortens `a/../b` textually, which is wrong after a symbolic link.
+/// Returns the canonical path, because MuJoCo shortens `a/../b` textually, which is wrong after a symbolic link.
 pub(super) fn whole(path: &Path) -> Result<PathBuf, DriverError> {
     path.canonicalize().map_err(|e| DriverError::File { kind: "mujoco".into(), path: path.into(), problem: e.to_string() })
 }
 
-/// Tries the file at `whole`; error messages show it as `path`.
+/// Tries the file at `whole`; error messages refer to it as `path`.
 pub(super) fn tried(library: &Path, path: &Path, whole: &Path) -> Result<(), DriverError> {
     trial::model(library, whole).map_err(|problem| refusals::model(path, &problem))
 }
 
-/// Tries and compiles the model at `path`, with a sensor of this number of contacts.
+/// Tries and compiles the model at `path`, with a sensor for this number of contacts.
 pub(super) fn compile(mujoco: &MuJoCo, path: &Path, contacts: u32) -> Result<*mut Model, DriverError> {
     let whole = whole(path)?;
     tried(&mujoco.path, path, &whole)?;
@@ -39,7 +39,7 @@ pub(super) fn compile(mujoco: &MuJoCo, path: &Path, contacts: u32) -> Result<*mu
     Ok(model)
 }
 
-/// A file in memory, if there is a text; MuJoCo searches there first.
+/// A file in memory, if there is a text for it; MuJoCo searches there first.
 struct InMemory<'a>(Files, &'a MuJoCo);
 
 impl<'a> InMemory<'a> {

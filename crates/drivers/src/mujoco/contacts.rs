@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Contacts of a plant. With the option `contacts` the model is loaded with an additional contact sensor, which reports the contacts with
-//! the largest forces. It is placed after the model's own sensors, whose numbers are unchanged, and it does not change the motion of the
-//! plant.
+//! Contacts of a plant. With the option `contacts`, the model is loaded with an additional contact sensor, which reports the contacts
+//! with the largest forces. It is placed after the model's own sensors, so that their numbers are unchanged, and it does not change the
+//! motion of the plant.
 use std::path::{Path, PathBuf};
 
-/// Name of the sensor, and of the file in memory that adds it.
+/// Name of the sensor, and of the in-memory file that adds it.
 pub(super) const SENSOR: &str = "opengpac.contacts";
 const FILE: &str = ".opengpac-contacts.xml";
 /// Maximum number of contacts.
 pub(super) const CONTACTS_MAX: u32 = 64;
-/// Numbers of the sensor per contact: force in the contact's axes, position, normal and tangent in the world.
+/// Number of values that the sensor reports per contact: force in the contact's axes; position, normal and tangent in the world frame.
 pub(super) const TOLD: usize = 12;
-/// Numbers of the channel per contact: position and force in the world.
+/// Number of values in the channel per contact: position and force, in the world frame.
 pub(super) const GIVEN: usize = 6;
 
-/// Returns a file that includes the model at `model`, with the sensor of this number of contacts, and its path: in the folder of the
-/// model, from which the model's own files are found.
+/// Returns the path and the text of a file that includes the model at `model` and adds the sensor for this number of contacts. The file
+/// is in the folder of the model, so that the model's own files are found.
 pub(super) fn model_with(model: &Path, contacts: u32) -> (PathBuf, String) {
     let name = model.file_name().unwrap_or_default().to_string_lossy();
     let name = name.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;");
@@ -23,7 +23,8 @@ pub(super) fn model_with(model: &Path, contacts: u32) -> (PathBuf, String) {
     (model.with_file_name(FILE), format!(r#"<mujoco><include file="{name}"/><sensor>{sensor}</sensor></mujoco>"#))
 }
 
-/// Converts a contact to the form of the channel: its position, m, and the force of its first shape on its second, N, both in the world.
+/// Converts a contact to the format of the channel: its position, m, and the force of its first shape on its second, N, both in the world
+/// frame.
 pub(super) fn given(told: &[f64; TOLD]) -> [f64; GIVEN] {
     let [along, first, second, x, y, z, normal @ .., tx, ty, tz] = *told;
     let tangent = [tx, ty, tz];

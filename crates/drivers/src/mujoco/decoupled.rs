@@ -1,28 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Decoupled efforts: computed torque in the drive, under dry friction and within the limits of the motors.
 //!
-//! **Friction.** The motor of a joint compensates its dry friction, in proportion to the requested velocity up to `SPEED_OF_FRICTION` and
-//! fully above it, so that a joint at rest does not chatter. A joint that is held by friction nevertheless does not accelerate, whatever
-//! is requested: the other joints are computed with its actual acceleration. The friction is the plant's own (see
-//! [`Plant::load_efforts`]): MuJoCo's is a soft constraint, and a motor that is computed with a different friction from the actual one
-//! makes the arm oscillate.
+//! **Friction.** The motor of a joint compensates its dry friction: in proportion to the requested velocity up to `SPEED_OF_FRICTION`,
+//! and fully above it, so that a joint at rest does not chatter. A joint that is nevertheless held by friction does not accelerate,
+//! whatever is requested: the other joints are computed with its actual acceleration. The friction is the plant's own (see
+//! [`Plant::load_efforts`]), because MuJoCo's is a soft constraint, and a motor that is computed with a friction different from the
+//! actual one makes the arm oscillate.
 //!
-//! **Limits.** If a motor cannot give the required effort, the accelerations of all joints of its tree are reduced by the same factor, as
-//! far as gravity allows: if one motor alone were limited, the others would push the arm off its path. A motor that cannot hold its joint
-//! gives its maximum effort, and the other joints are computed with that.
+//! **Limits.** If a motor cannot provide the required effort, the accelerations of all joints in its tree are reduced by the same factor,
+//! as far as gravity allows: if only that motor were limited, the others would push the arm off its path. A motor that cannot hold its
+//! joint provides its maximum effort, and the other joints are computed with that effort.
 use super::plant::Plant;
 
-/// Velocity above which a motor compensates the whole friction of its joint: rad/s, and m/s of a sliding joint.
+/// Velocity above which a motor compensates the whole friction of its joint: rad/s, or m/s for a prismatic joint.
 const SPEED_OF_FRICTION: f64 = 2e-3;
 const SPEED_OF_FRICTION_M: f64 = 2e-4;
 
 impl Plant {
-    /// Returns true if a joint moves by a decoupled effort.
+    /// Returns true if a joint is moved by a decoupled effort.
     pub(super) fn is_decoupled(&self, j: usize) -> bool {
         !self.braked[self.arm.joints[j].velocity] && self.slowing[j] == 0 && self.decoupled[j].is_finite()
     }
 
-    /// Adds the efforts that give each decoupled joint the acceleration that its decoupled effort would give its own inertia.
+    /// Adds the efforts that give each decoupled joint the acceleration that its decoupled effort would cause if the joint moved only its
+    /// own inertia.
     pub(super) fn load_decoupled(&mut self) {
         // Other trees of bodies do not feel the arm: they are left out of the equations.
         for i in 0..self.bias.len() {
@@ -56,7 +57,7 @@ impl Plant {
         effort.abs() > self.arm.joints[j].part.effort_max
     }
 
-    /// Computes the efforts that the decoupled joints need for the requested accelerations, and the friction under which they move.
+    /// Computes the efforts that the decoupled joints need for the requested accelerations, and the friction during that motion.
     fn need(&mut self) {
         let step_s = self.step_s();
         self.accelerations.fill(0.0);
@@ -76,14 +77,14 @@ impl Plant {
         self.needed = self.efforts_for(efforts);
     }
 
-    /// Computes the efforts that the decoupled joints need in order not to accelerate under the same friction.
+    /// Computes the efforts that the decoupled joints need for zero acceleration under the same friction.
     fn stand(&mut self) {
         self.accelerations.fill(0.0);
         let efforts = std::mem::take(&mut self.standing);
         self.standing = self.efforts_for(efforts);
     }
 
-    /// Returns the efforts that give the decoupled joints their `accelerations`.
+    /// Returns the efforts that produce the `accelerations` of the decoupled joints.
     fn efforts_for(&mut self, mut efforts: Vec<f64>) -> Vec<f64> {
         efforts.copy_from_slice(&self.forces[..self.bias.len()]);
         self.solve(&mut efforts);
@@ -96,7 +97,7 @@ impl Plant {
         efforts
     }
 
-    /// Reduces the requested accelerations until the motors can give them.
+    /// Reduces the requested accelerations until the motors can produce them.
     fn keep_to_motors(&mut self) {
         self.stand();
         while self.give_all() {
@@ -133,7 +134,7 @@ impl Plant {
         is_any
     }
 
-    /// Returns the maximum fraction of the requested accelerations that every motor of a tree can give.
+    /// Returns the maximum fraction of the requested accelerations that all motors of a tree can produce.
     fn share(&self, tree: i32) -> f64 {
         let of = |j: usize| {
             let (v, most) = (self.arm.joints[j].velocity, self.arm.joints[j].part.effort_max);

@@ -7,7 +7,7 @@ use device::DriverError;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::path::Path;
 
-/// Access to the fields of the model by name.
+/// Access to the model's fields by name.
 pub(super) struct Fields<'a> {
     arm: &'a Arm,
     batch: *mut c_void,
@@ -34,13 +34,14 @@ impl<'a> Fields<'a> {
         Ok(Fields { arm, batch })
     }
 
-    /// Copies the fields, as set, into the model of the arm.
+    /// Copies the fields, including changes, into the model of the arm.
     pub fn apply(self) {
         // SAFETY: the batch was made from this very model, so the sizes are equal.
         unsafe { (self.arm.mujoco.mjb_getModel)(self.batch, 0, self.arm.model) };
     }
 
-    /// Returns the address of a field in the batch, its number of elements and their size; a null address for a field without elements.
+    /// Returns the address of a field in the batch, its number of elements and the element size; a null address for a field without
+    /// elements.
     fn place(&self, name: &str) -> (*mut c_void, usize, usize) {
         let name = CString::new(name).expect("field names contain no NUL");
         let (mut count, mut size): (c_int, c_int) = (0, 0);
@@ -60,7 +61,7 @@ impl<'a> Fields<'a> {
         self.read(name)
     }
 
-    /// Returns numbers of single precision: colours and meshes.
+    /// Returns single-precision numbers, as used for colours and meshes.
     pub fn floats(&self, name: &str) -> Vec<f32> {
         self.read(name)
     }

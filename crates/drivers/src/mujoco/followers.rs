@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Followers: joints that an equality couples to another one (mimic joints, fingers of a gripper).
+//! Followers: joints that an equality constraint couples to another joint (mimic joints, fingers of a gripper).
 //!
-//! MuJoCo holds them by a constraint that is solved after the drives have given their efforts. The equations for drives, brakes and
-//! friction treat the coupling as rigid instead: with q_f' = r q_p', a follower's inertia and forces are its leader's, M <- G' M G with
-//! q' = G q'_p. Otherwise a drive would compute with a finger that falls freely, and the constraint that really holds it would act on the
-//! arm as an external force.
+//! MuJoCo enforces the coupling by a constraint that is solved after the drives have produced their efforts. The equations for drives,
+//! brakes and friction treat the coupling as rigid instead: with q_f' = r q_p', a follower's inertia and forces are added to its
+//! leader's, M <- G' M G with q' = G q'_p. Otherwise, a drive would compute with a finger that falls freely, and the constraint that
+//! actually holds it would act on the arm as an external force.
 use super::arm::{Follower, Joint, TERMS};
 use super::fields::Fields;
 
 /// `mjtEq` of two joints.
 const EQUALITY_OF_JOINTS: i32 = 2;
-/// Minimum ratio at which a joint still leads the one that its equality names first.
+/// Minimum ratio at which a joint still counts as the leader of the joint that its equality names first.
 const RATIO_MIN: f64 = 1e-6;
 
 impl Follower {
@@ -26,15 +26,14 @@ impl Follower {
         }
     }
 
-    /// Returns the position of the follower for that of its leader, if its equality gives it directly.
+    /// Returns the position of the follower for that of its leader, if the equality gives it explicitly.
     pub fn place(&self, positions: &[f64]) -> Option<f64> {
         let x = positions[self.leader.1] - self.rest.1;
         (!self.is_second).then(|| self.rest.0 + self.terms.iter().rev().fold(0.0, |sum, term| sum * x + term))
     }
 }
 
-/// Returns the followers among the degrees of freedom, each before the one that it follows. `joints` are commanded: they are not
-/// followers.
+/// Returns the followers among the degrees of freedom, each before the one it follows. `joints` are commanded, and so are not followers.
 pub(super) fn followers(fields: &Fields, joints: &[Joint]) -> Vec<Follower> {
     let (kinds, firsts, seconds) = (fields.ints("eq_type"), fields.ints("eq_obj1id"), fields.ints("eq_obj2id"));
     let (active, data, rest) = (fields.flags("eq_active0"), fields.reals("eq_data"), fields.reals("qpos0"));
@@ -56,7 +55,7 @@ pub(super) fn followers(fields: &Fields, joints: &[Joint]) -> Vec<Follower> {
     in_order(found)
 }
 
-/// Orders followers so that each comes before its leader; cyclic ones are left out.
+/// Orders followers so that each comes before its leader; cyclic ones are omitted.
 fn in_order(mut left: Vec<Follower>) -> Vec<Follower> {
     let mut ordered = Vec::with_capacity(left.len());
     while let Some(next) = left.iter().position(|one| left.iter().all(|other| other.leader.0 != one.velocity)) {
@@ -65,7 +64,7 @@ fn in_order(mut left: Vec<Follower>) -> Vec<Follower> {
     ordered
 }
 
-/// Adds inertia (row-major) and forces of the followers to their leaders'. A follower's own inertia is uncoupled afterwards.
+/// Adds the inertia (row-major) and forces of the followers to those of their leaders. A follower's own inertia is uncoupled afterwards.
 pub(super) fn fold(followers: &[Follower], positions: &[f64], inertia: &mut [f64], forces: &mut [f64]) {
     let n = forces.len();
     for follower in followers {
@@ -84,7 +83,7 @@ pub(super) fn fold(followers: &[Follower], positions: &[f64], inertia: &mut [f64
     fold_forces(followers, positions, forces);
 }
 
-/// Adds forces of the followers to their leaders'.
+/// Adds the forces of the followers to those of their leaders.
 pub(super) fn fold_forces(followers: &[Follower], positions: &[f64], forces: &mut [f64]) {
     for follower in followers {
         forces[follower.leader.0] += follower.ratio(positions) * forces[follower.velocity];

@@ -3,7 +3,7 @@
 //!
 //! Signatures and enums are those of `include/mujoco/*.h` of the MuJoCo 4.0.0 wheel. Everything inside `mjModel` and `mjData` is accessed
 //! through functions, so that no layout is assumed: state by `mj_getState`/`mj_setState`, model fields by name through a batch of one
-//! (`mjb_expand`, written back by `mjb_getModel`), bias by `mj_rne`, sensors by `mj_readSensor`.
+//! simulation (`mjb_expand`, written back by `mjb_getModel`), bias by `mj_rne`, sensors by `mj_readSensor`.
 use super::refusals;
 use device::DriverError;
 use libloading::Library;
@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 pub type Model = c_void;
 pub type Data = c_void;
 
-/// `mjtObj`: kind of object of a name.
+/// `mjtObj`: kind of a named object.
 pub mod object {
     pub const BODY: i32 = 1;
     pub const JOINT: i32 = 3;
@@ -57,12 +57,12 @@ pub struct BatchConfig {
 
 macro_rules! functions {
     ($($name:ident: $signature:ty;)*) => {
-        /// Functions, by their names in the header. They are valid as long as this value lives.
+        /// Functions, by their names in the header. They are valid for the lifetime of this value.
         #[allow(non_snake_case)]
         pub struct MuJoCo { $(pub $name: $signature,)* pub path: PathBuf, _library: Library }
 
         #[allow(non_snake_case)]
-        /// Resolves the functions in a library whose version was checked.
+        /// Resolves the functions in a library whose version has been checked.
         pub(super) fn resolve(library: Library, path: &Path) -> Result<MuJoCo, DriverError> {
             $(
                 // SAFETY: the type is that of this function in the header of the version that `load` has checked.

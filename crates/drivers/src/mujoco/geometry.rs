@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Bodies of a model for drawing: the pose of each on its parent, its joint, its shapes. Collision shapes, group 3 and above, which
-//! MuJoCo's own viewer hides, are left out.
+//! Bodies of a model for drawing: the pose of each relative to its parent, its joint, its shapes. Collision shapes (group 3 and above),
+//! which MuJoCo's own viewer hides, are omitted.
 use super::arm::Arm;
 use super::fields::Fields;
 use super::functions::object;
@@ -17,7 +17,7 @@ const MESH: i32 = 7;
 /// `mjtJoint`, by number.
 const JOINTS: [JointKind; 4] = [JointKind::Free, JointKind::Ball, JointKind::Slide, JointKind::Hinge];
 
-/// Returns the bodies in the order of the model; the first is the world. `triangles` returns the meshes with these numbers.
+/// Returns the bodies in the order of the model; the first is the world. `triangles` returns the meshes with the given numbers.
 pub(super) fn geometry(arm: &Arm, fields: &Fields, triangles: impl FnOnce(&[i32]) -> Vec<Option<Mesh>>) -> Geometry {
     let (parents, positions, turns) = (fields.ints("body_parentid"), fields.reals("body_pos"), fields.reals("body_quat"));
     let name = |body: usize| arm.name(object::BODY, body as i32).unwrap_or_else(|| format!("body_{body}"));
@@ -43,7 +43,7 @@ fn of_body<T: Clone>(body: usize, all: &[(usize, T)]) -> Vec<T> {
     all.iter().filter(|(of, _)| *of == body).map(|(_, value)| value.clone()).collect()
 }
 
-/// Returns one row of a field that has N numbers per object.
+/// Returns one row of a field that has N values per object.
 fn row<T: Copy, const N: usize>(field: &[T], index: usize) -> [T; N] {
     std::array::from_fn(|column| field[N * index + column])
 }
@@ -94,7 +94,8 @@ fn shapes(fields: &Fields, triangles: impl FnOnce(&[i32]) -> Vec<Option<Mesh>>) 
     (shown.into_iter().map(shape).collect(), meshes)
 }
 
-/// Returns, for these shapes with the numbers of their meshes in the model, the index of the mesh by which each is drawn.
+/// Returns the index of the mesh with which each shape is drawn, given the numbers of the shapes' meshes in the model; also returns the
+/// meshes.
 fn meshes_of(shapes: Vec<(usize, i32)>, triangles: impl FnOnce(&[i32]) -> Vec<Option<Mesh>>) -> (BTreeMap<usize, usize>, Vec<Mesh>) {
     let mut asked: Vec<i32> = shapes.iter().map(|(_, number)| *number).collect();
     asked.sort_unstable();

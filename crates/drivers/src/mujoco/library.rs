@@ -8,12 +8,14 @@ use std::ffi::{CStr, c_char, c_int};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
-/// Loaded libraries, by file. None is ever unloaded: it holds our log receiver, and others may hold it.
+/// Loaded libraries, by file. None is ever unloaded, because it holds a reference to this driver's log receiver, and there may be other
+/// references to it.
 static LOADED: Mutex<Vec<(PathBuf, &'static MuJoCo)>> = Mutex::new(Vec::new());
 
-/// Loads the library at `place`: the folder of the Python package `mujoco`, or the file itself; loaded once, with our log receiver.
+/// Loads the library at `place`: the folder of the Python package `mujoco`, or the file itself. It is loaded only once, with this
+/// driver's log receiver.
 ///
-/// The default place is in `OPENGPAC_MUJOCO`. Fails if the library is not found, not MuJoCo 4, or incomplete.
+/// The default is the path in `OPENGPAC_MUJOCO`. Fails if the library is not found, not MuJoCo 4, or incomplete.
 pub fn load(place: Option<&Path>) -> Result<&'static MuJoCo, DriverError> {
     let path = find(place)?;
     let mut loaded = LOADED.lock().unwrap_or_else(|poisoned| poisoned.into_inner());

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Loads on the plant in one time step: efforts of the drives and brakes, and the push at the tool.
+//! Loads on the plant in one time step: the efforts of the drives and brakes, and the push at the tool.
 use super::arm::Tool;
 use super::followers::fold;
 use super::plant::Plant;
 use super::prescribed::Equations;
 
 impl Plant {
-    /// Loads the efforts of the commanded joints, dry friction, and the loads on the brakes.
+    /// Applies the efforts of the commanded joints, dry friction, and the loads on the brakes.
     ///
-    /// Dry friction of the arm is a force of this step, computed with the equations that its drives use, and not a constraint of MuJoCo's
-    /// (see [`super::model`]); so a drive and the machine have the same friction.
+    /// Dry friction of the arm is a force in this step, computed with the equations that its drives use, and not a MuJoCo constraint (see
+    /// [`super::model`]), so that a drive and the machine have the same friction.
     pub(super) fn load_efforts(&mut self) {
         let nv = self.bias.len();
         self.forces[..nv].fill(0.0);
@@ -38,7 +38,7 @@ impl Plant {
         }
     }
 
-    /// Adds the loads on the brakes, and the friction of all other joints under their present efforts.
+    /// Adds the loads on the brakes, and the friction of all other joints under their current efforts.
     fn load_brakes_and_friction(&mut self) {
         let mut forces = std::mem::take(&mut self.forces);
         self.given.copy_from_slice(&self.braked);
@@ -51,7 +51,8 @@ impl Plant {
         self.forces = forces;
     }
 
-    /// Solves the equations of this step for the `efforts` of the joints with given accelerations, and the friction of the others.
+    /// Solves the equations of this step for the `efforts` of the joints with prescribed accelerations, and for the friction of the
+    /// others.
     pub(super) fn solve(&mut self, efforts: &mut [f64]) {
         let nv = self.bias.len();
         let velocity = &self.state[self.positions..][..nv];
@@ -64,8 +65,8 @@ impl Plant {
         self.arm.timestep_ns as f64 * 1e-9
     }
 
-    /// Computes the inertia and all forces except efforts, as the next step uses them: an implicit integrator adds the damping of one
-    /// step to the inertia. The contributions of followers are included.
+    /// Computes the inertia and all forces except efforts, as used by the next step: an implicit integrator adds the damping of one step
+    /// to the inertia. The contributions of followers are included.
     fn load_dynamics(&mut self) {
         self.weigh();
         let (nv, step_s) = (self.bias.len(), self.step_s());
@@ -80,7 +81,7 @@ impl Plant {
         fold(&self.arm.followers, &self.state[..self.positions], &mut self.inertia, &mut self.drift);
     }
 
-    /// Loads the push at the tool as a force and a torque at the centre of mass of its body, where MuJoCo applies them.
+    /// Applies the push at the tool as a force and a torque at the centre of mass of its body, where MuJoCo expects them.
     pub(super) fn load_push(&mut self) {
         let Some(tool) = &self.arm.tool else { return };
         let (site, centre) = (self.world(tool, &tool.site_m), self.world(tool, &tool.centre_m));

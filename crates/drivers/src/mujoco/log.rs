@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! MuJoCo's messages. Its default receiver prints and opens a log file, which allocates: unsuitable for a real-time thread.
+//! MuJoCo's messages. Its default receiver prints and opens a log file, which allocates, so it is unsuitable for a real-time thread.
 //!
-//! Ours is installed when the library is loaded. The first message of a thread that is inside a plant is kept in a fixed buffer of that
-//! thread, as the cause; every other message is forwarded to the previous receiver, so that a program that uses MuJoCo on its own still
-//! sees its messages. An error (level 3) does not return to its caller: after this receiver MuJoCo ends the process; therefore the plant
-//! never calls with unchecked sizes or indices, and a model is tried before it is loaded: `trial.rs`.
+//! The receiver of this driver is installed when the library is loaded. The first message of a thread that is inside a plant is kept in a
+//! fixed-size buffer of that thread, as the cause; all other messages are forwarded to the previous receiver, so that a program that uses
+//! MuJoCo itself still sees its messages. An error (level 3) does not return to its caller: after this receiver has returned, MuJoCo ends
+//! the process. Therefore, the plant never calls with unchecked sizes or indices, and a model is tried before it is loaded: `trial.rs`.
 use super::functions::{LogMessage, LogReceiver, MuJoCo};
 use std::cell::{Cell, UnsafeCell};
 use std::ffi::CStr;
@@ -23,7 +23,8 @@ thread_local! {
 }
 static BEFORE: OnceLock<LogReceiver> = OnceLock::new();
 
-/// Installs our receiver in the library. Messages outside a plant are forwarded to the receiver that was installed the first time.
+/// Installs this driver's receiver in the library. Messages outside a plant are forwarded to the receiver that was in place at the first
+/// installation.
 pub(super) fn install(mujoco: &MuJoCo) {
     // SAFETY: `receive` has the type that MuJoCo requires and lives as long as the process, and so does the library.
     if let Some(before) = unsafe { (mujoco.mju_setLogHandler)(Some(receive)) } {
@@ -42,7 +43,7 @@ pub(super) fn watch(calls: impl FnOnce()) -> bool {
     })
 }
 
-/// Returns the first message of the last [`watch`] of this thread.
+/// Returns the first message of the last [`watch`] in this thread.
 pub(super) fn text() -> String {
     KEPT.with(|kept| {
         // SAFETY: only this thread accesses its own buffer, and no `receive` runs during this call.

@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Triangles of a model's meshes, for drawing. They are not among the fields that MuJoCo's library provides by name, but the Python
-//! package that contains the library has them: a child process reads them with that package. Without the package, or if the child fails,
-//! a mesh is drawn as its bounding box.
+//! package that contains the library has them: a child process reads them with that package. If there is no package or the child fails, a
+//! mesh is drawn as its bounding box.
 use super::trial::limits;
 use device::Mesh;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
 const SCRIPT: &str = concat!(include_str!("limits.py"), include_str!("meshes.py"));
-/// Maximum number of triangles of a whole model: for a good frame rate in a browser, and the size of an answer.
+/// Maximum number of triangles in a whole model, for a good frame rate in a browser and to limit the size of an answer.
 const FACES_MAX: usize = 150_000;
 /// Resolution of vertices, per metre.
 const PER_M: f64 = 1e6;
 
-/// Reads these meshes, by their numbers in the model; as many of them, in order, as fit into [`FACES_MAX`]. `library` is MuJoCo's. Blocks
-/// until the child has ended.
+/// Reads the meshes with these numbers in the model; as many of them, in order, as fit into [`FACES_MAX`]. `library` is MuJoCo's. Blocks
+/// until the child has exited.
 pub(super) fn read(library: &Path, model: &Path, asked: &[i32]) -> Vec<Option<Mesh>> {
     let none = || vec![None; asked.len()];
     let Some(package) = library.parent().filter(|_| !asked.is_empty()) else { return none() };

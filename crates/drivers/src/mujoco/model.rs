@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A compiled MJCF model, and the description of its arm.
 //!
-//! The model's fields are read by name, through a batch of one simulation: no layout of `mjModel` is assumed. They are changed once in
-//! the same way: actuation is off, because every effort is applied as a generalised force (`qfrc_applied`), so that arms with motors and
-//! arms with position servos are commanded alike, by torque; the automatic reset after a numerical failure is off, because a plant that
-//! jumps to its start is worse than a lost one; and dry friction of the arm is applied as a force, too, because the drives must know it:
-//! MuJoCo's is a constraint that is solved after they have given their efforts.
+//! The model's fields are read by name, through a batch of one simulation, so that no layout of `mjModel` is assumed. They are changed
+//! once in the same way. Actuation is off, because every effort is applied as a generalised force (`qfrc_applied`), so that arms with
+//! motors and arms with position servos are commanded alike, by torque. The automatic reset after a numerical failure is off, because a
+//! plant that jumps to its start is worse than a lost one. Dry friction of the arm is applied as a force too, because the drives must
+//! know it: MuJoCo's is a constraint that is solved after they have produced their efforts.
 use super::actuators::{efforts, speeds};
 use super::arm::{Arm, JOINT_FREE, Joint, Sensor, Spring, Tool};
 use super::compile::compile;
@@ -78,7 +78,7 @@ pub(super) fn load(mujoco: &'static MuJoCo, path: &Path, timestep_s: Option<f64>
     Ok(arm)
 }
 
-/// Returns the free joints, and the indices of their poses.
+/// Returns the free joints and the indices of their poses.
 fn free(arm: &Arm, fields: &Fields) -> Vec<(String, usize)> {
     let (kinds, bodies, first) = (fields.ints("jnt_type"), fields.ints("jnt_bodyid"), fields.ints("jnt_qposadr"));
     let of = |j: usize| (kinds[j] == JOINT_FREE).then(|| (arm.joint_name(j, kinds[j], bodies[j]), first[j] as usize));
@@ -91,7 +91,7 @@ fn freedoms(arm: &Arm, fields: &Fields) -> Vec<String> {
     of.iter().map(|&j| arm.joint_name(j as usize, kinds[j as usize], bodies[j as usize])).collect()
 }
 
-/// Returns the springs of hinges and slides.
+/// Returns the springs of revolute and prismatic joints.
 fn springs(fields: &Fields) -> Vec<Spring> {
     let (kind, position, velocity) = (fields.ints("jnt_type"), fields.ints("jnt_qposadr"), fields.ints("jnt_dofadr"));
     let (stiffness, rest) = (fields.reals("jnt_stiffness"), fields.reals("qpos_spring"));
@@ -104,7 +104,7 @@ fn springs(fields: &Fields) -> Vec<Spring> {
     (0..kind.len()).filter_map(of).collect()
 }
 
-/// Returns the degrees of freedom in trees of bodies without a commanded joint.
+/// Returns the degrees of freedom in body trees without a commanded joint.
 fn apart(fields: &Fields, joints: &[Joint]) -> Vec<bool> {
     let tree = fields.ints("dof_treeid");
     tree.iter().map(|of| joints.iter().all(|joint| tree[joint.velocity] != *of)).collect()
@@ -119,7 +119,7 @@ fn plant_friction(fields: &Fields, friction: &[f64], joints: &[Joint], apart: &[
     friction.iter().enumerate().map(|(v, most)| if is_ours(v) { *most } else { 0.0 }).collect()
 }
 
-/// Returns the joints that an actuator drives alone, in the order of the joints.
+/// Returns the joints that are each driven by an actuator of their own, in the order of the joints.
 fn joints(arm: &Arm, fields: &Fields, home: i32) -> Vec<Joint> {
     let (kind, position, velocity) = (fields.ints("jnt_type"), fields.ints("jnt_qposadr"), fields.ints("jnt_dofadr"));
     let (limited, range) = (fields.flags("jnt_limited"), fields.reals("jnt_range"));
@@ -164,7 +164,8 @@ fn tool(arm: &Arm, fields: &Fields) -> Option<Tool> {
     Some(Tool { body, site_m: three(fields.reals("site_pos"), site), centre_m: three(fields.reals("body_ipos"), body), sensor: sensed.map(|s| s as i32) })
 }
 
-/// Returns every sensor of the model, in order, except ours; one without a name is `sensor_N`.
+/// Returns all sensors of the model, in order, except the contact sensor that this driver adds; a sensor without a name is called
+/// `sensor_N`.
 fn sensors(arm: &Arm, fields: &Fields) -> Vec<Sensor> {
     let (kind, elements, object, of) = (fields.ints("sensor_type"), fields.ints("sensor_dim"), fields.ints("sensor_objid"), fields.ints("jnt_type"));
     (0..kind.len())

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Configuration for MuJoCo's computations: one `mjData`.
+//! Configuration on which MuJoCo computes: one `mjData`.
 use super::arm::Arm;
 use super::functions::{Data, MuJoCo};
 
@@ -22,7 +22,7 @@ impl Motion {
         Motion(unsafe { (arm.mujoco.mj_makeData)(arm.model) }, arm.mujoco)
     }
 
-    /// Returns the data, for calls of MuJoCo.
+    /// Returns the data, for calls to MuJoCo.
     pub fn data(&self) -> *mut Data {
         self.0
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Service `place`: sets the position of a simulated arm, at rest. The source never waits for it: the result of the service is taken at
-//! the next reading.
+//! Service `place`: sets the position of a simulated arm, at rest. The source never waits for it: the result of the service takes effect
+//! at the next reading.
 use super::arm::Joint;
 use device::{DeviceError, Kind, OptionWord, ServiceWord, Services, UNLIMITED};
 use serde_json::Value;
@@ -35,7 +35,7 @@ impl Places {
     }
 
     /// Copies the positions that were set; returns false if there are none. Real-time safe: if a service holds the lock, its positions
-    /// are taken at the next reading.
+    /// take effect at the next reading.
     pub fn take(&self, positions: &mut [f64]) -> bool {
         let Ok(mut asked) = self.asked.try_lock() else { return false };
         if asked.is_new {

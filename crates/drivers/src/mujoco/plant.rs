@@ -12,11 +12,12 @@ use super::prescribed::PrescribedSolver;
 use device::{Channel, DeviceError, Driver, Services, Slot};
 use std::sync::Arc;
 
-/// Maximum time by which one reading advances the plant; beyond that the plant stands still.
+/// Maximum time by which one reading advances the plant; the plant does not move for the time in excess of it.
 const ADVANCE_NS_MAX: i64 = 1_000_000_000;
-/// Maximum time for which a brake slows a joint down: one whose weight exceeds the effort of its drive would never stop.
+/// Maximum time for which a brake slows a joint down. Needed because a joint whose weight exceeds the effort of its drive would never
+/// stop.
 const BRAKING_NS_MAX: i64 = 1_000_000_000;
-/// Number of steps that are made and undone before the first firing, so that every page and branch has been used.
+/// Number of steps that are run and undone before the first firing, so that every page and branch has been used.
 const WARM_UP_STEPS: usize = 50;
 
 /// A simulated arm as a [`Driver`].
@@ -26,7 +27,7 @@ pub(super) struct Plant {
     pub(super) arm: Arm,
     channels: Vec<Channel>,
     slots: Slots,
-    /// Time of the state, on the system clock: that of the last reading, or the end of its time step.
+    /// Time of the state, on the system clock: the time of the last reading, or the end of its time step.
     time_ns: i64,
     /// qpos, then qvel.
     pub(super) state: Vec<f64>,
@@ -39,17 +40,17 @@ pub(super) struct Plant {
     pub(super) inertia: Vec<f64>,
     pub(super) drift: Vec<f64>,
     pub(super) prescribed: PrescribedSolver,
-    /// Degrees of freedom with given accelerations, those accelerations, and buffers for the efforts needed for them, and for standing
-    /// still.
+    /// Degrees of freedom with prescribed accelerations, those accelerations, and buffers for the efforts required for them and for zero
+    /// acceleration.
     pub(super) given: Vec<bool>,
     pub(super) accelerations: Vec<f64>,
     pub(super) needed: Vec<f64>,
     pub(super) standing: Vec<f64>,
     /// Dry friction assumed on each degree of freedom.
     pub(super) rubbing: Vec<f64>,
-    /// True for each degree of freedom that a brake holds. Initially all brakes hold.
+    /// True for each degree of freedom held by a brake. Initially, all brakes hold.
     pub(super) braked: Vec<bool>,
-    /// Remaining time for which each joint's brake may slow it down before it holds it, ns; 0 if it is not slowing down.
+    /// Remaining time for which each joint's brake may slow the joint down before it holds it, ns; 0 if the joint is not slowing down.
     pub(super) slowing: Vec<i64>,
     /// Last written effort of each joint, and the position at which its brake holds it.
     pub(super) efforts: Vec<f64>,
@@ -115,8 +116,8 @@ impl Plant {
         plant
     }
 
-    /// Resets the arm to the keyframe `home` (else its zero configuration), inside the ranges of its joints, at rest, with every brake
-    /// on.
+    /// Resets the arm to the keyframe `home` (otherwise its zero configuration), within the ranges of its joints, at rest, with every
+    /// brake on.
     fn reset(&mut self) {
         // SAFETY: model and data belong together; key -1 resets to the zero configuration.
         unsafe { (self.arm.mujoco.mj_resetDataKeyframe)(self.arm.model, self.motion.data(), self.arm.home) };
@@ -138,7 +139,7 @@ impl Plant {
         self.before.copy_from_slice(&self.state);
     }
 
-    /// Sets the joints to the positions of the service, at rest, and everything else as at the start.
+    /// Sets the joints to the positions of the service, at rest, and everything else to its initial state.
     fn put(&mut self) {
         self.reset();
         for (joint, (held, place)) in self.arm.joints.iter().zip(self.held.iter_mut().zip(&self.place)) {
@@ -151,7 +152,7 @@ impl Plant {
         self.before.copy_from_slice(&self.state);
     }
 
-    /// Makes steps with all brakes on, and with only the first joint's brake on.
+    /// Runs steps with all brakes on, and with only the first joint's brake on.
     fn warm_up(&mut self) {
         (0..WARM_UP_STEPS).for_each(|_| self.step());
         for joint in &self.arm.joints[1..] {
@@ -160,7 +161,7 @@ impl Plant {
         (0..WARM_UP_STEPS).for_each(|_| self.step());
     }
 
-    /// Has MuJoCo compute the quantities that depend on the state, such as kinematics and inertia, and copies the state.
+    /// Makes MuJoCo compute the quantities that depend on the state, such as kinematics and inertia, and copies the state.
     fn sense(&mut self) {
         let (mujoco, model, data) = (self.arm.mujoco, self.arm.model, self.motion.data());
         // SAFETY: model and data belong together; `state` has the sizes that `mj_stateSize` gave.
@@ -170,7 +171,7 @@ impl Plant {
         }
     }
 
-    /// Computes the efforts that hold the arm: needed once per reading, and if a brake bears the load of moving joints.
+    /// Computes the efforts that hold the arm. They are needed once per reading, and when a brake bears the load of moving joints.
     pub(super) fn weigh(&mut self) {
         // SAFETY: model and data belong together; `bias` has nv elements.
         unsafe { (self.arm.mujoco.mj_rne)(self.arm.model, self.motion.data(), 0, self.bias.as_mut_ptr()) };
@@ -179,8 +180,8 @@ impl Plant {
         }
     }
 
-    /// Closes the brake of a joint. It slows the joint down with the maximum effort of its drive, and then holds it where it has stopped;
-    /// a joint that does not stop within `BRAKING_NS_MAX` is held where it is.
+    /// Closes the brake of a joint. The brake slows the joint down with the maximum effort of its drive, and then holds it where it has
+    /// stopped; a joint that does not stop within `BRAKING_NS_MAX` is held where it is.
     fn close_brake(&mut self, j: usize) {
         if !self.braked[self.arm.joints[j].velocity] && self.slowing[j] == 0 {
             self.slowing[j] = BRAKING_NS_MAX;
@@ -211,7 +212,7 @@ impl Plant {
         }
     }
 
-    /// Makes one time step under the last commands.
+    /// Runs one time step under the last commands.
     fn step(&mut self) {
         if self.slowing.iter().any(|left_ns| *left_ns > 0) {
             self.catch();
@@ -266,7 +267,8 @@ impl Plant {
         }
     }
 
-    /// Makes the time steps up to and including the one that contains the release: an effort acts from the step after it is written.
+    /// Runs the time steps up to and including the one that contains the release, because an effort acts from the step after it is
+    /// written.
     fn advance(&mut self, release_ns: i64) -> Result<(), DeviceError> {
         let span = release_ns - self.time_ns;
         if span > ADVANCE_NS_MAX {

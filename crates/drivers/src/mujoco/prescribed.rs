@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Computes the efforts that give some joints prescribed accelerations, whatever the others do: zero for brakes, the requested one for
-//! decoupled servos.
+//! Computes the efforts that give some joints prescribed accelerations, whatever the others do: zero for brakes, and the requested
+//! acceleration for decoupled servos.
 //!
-//! Dry friction of the others is a force between -f and f that ends the time step at rest, if it can: s = clamp(-v+ / (h A), ±f), with
-//! the velocity v+ = v + h q'' at the end of a step h. The frictions are coupled by A = M_ff^-1, so they are solved for by projected
-//! Gauss-Seidel (E. Catto, Iterative Dynamics with Temporal Coherence, 2005), which converges, since A is positive definite.
+//! Dry friction of the others is a force between -f and f that brings the joint to rest at the end of the time step, if it can: s =
+//! clamp(-v+ / (h A), ±f), with the velocity v+ = v + h q'' at the end of a step h. The frictions are coupled by A = M_ff^-1, so they are
+//! solved for by projected Gauss-Seidel (E. Catto, Iterative Dynamics with Temporal Coherence, 2005), which converges because A is
+//! positive definite.
 
-/// Maximum number of iterations over all frictions of a time step, and the change of a force, relative to its limit, at which they end.
+/// Maximum number of iterations over all frictions of a time step; also the change of a force, relative to its limit, at which they end.
 const ROUNDS_MAX: usize = 64;
 const TOLERANCE: f64 = 1e-9;
 
@@ -22,13 +23,14 @@ pub(super) struct Equations<'a> {
     pub step_s: f64,
 }
 
-/// Working memory for the equations of n degrees of freedom; nothing is allocated after `new`.
+/// Scratch buffers for the equations of n degrees of freedom; nothing is allocated after `new`.
 pub(super) struct PrescribedSolver {
-    /// Factor of the inertia among the free degrees of freedom, row-major n by n.
+    /// Cholesky factor of the inertia of the free degrees of freedom, row-major n by n.
     factor: Vec<f64>,
     acceleration: Vec<f64>,
-    /// Rows of M_ff^-1 for degrees of freedom with friction, and a buffer for one of them.
+    /// Rows of M_ff^-1 for the degrees of freedom with friction.
     response: Vec<f64>,
+    /// Scratch buffer for one row of `response`.
     column: Vec<f64>,
 }
 
@@ -38,7 +40,7 @@ impl PrescribedSolver {
     }
 
     /// Sets `effort[p]` of each prescribed degree of freedom to the effort that gives it the acceleration `wanted[p]`, and `rubbing[i]`
-    /// of each other one to its friction.
+    /// of every other degree of freedom to its friction.
     ///
     /// The free ones obey M_ff q''_f = effort_f + drift_f + rubbing_f - M_fp q''_p, and effort_p = M_pf q''_f + M_pp q''_p - drift_p.
     pub fn efforts(&mut self, of: &Equations, prescribed: &[bool], wanted: &[f64], effort: &mut [f64], rubbing: &mut [f64]) {
@@ -61,12 +63,12 @@ impl PrescribedSolver {
         }
     }
 
-    /// Factorises the inertia M of the degrees of freedom that are not left out, for [`PrescribedSolver::accelerations`].
+    /// Factorises the inertia M of the degrees of freedom that are not excluded, for [`PrescribedSolver::accelerations`].
     pub fn take(&mut self, inertia: &[f64], left_out: &[bool]) {
         self.factorise(inertia, left_out, left_out.len());
     }
 
-    /// Returns the accelerations M^-1 `effort` for the factorised inertia; 0 for degrees of freedom that were left out.
+    /// Returns the accelerations M^-1 `effort` for the factorised inertia; 0 for excluded degrees of freedom.
     pub fn accelerations(&mut self, left_out: &[bool], effort: &[f64]) -> &[f64] {
         for (i, is_left_out) in left_out.iter().enumerate() {
             self.acceleration[i] = if *is_left_out { 0.0 } else { effort[i] };
@@ -103,7 +105,7 @@ impl PrescribedSolver {
         }
     }
 
-    /// Factorises by Cholesky: M_ff = L L'. Rows of prescribed degrees of freedom are left out.
+    /// Computes the Cholesky factorisation M_ff = L L'. Rows of prescribed degrees of freedom are excluded.
     fn factorise(&mut self, inertia: &[f64], prescribed: &[bool], n: usize) {
         for i in (0..n).filter(|i| !prescribed[*i]) {
             for j in (0..=i).filter(|j| !prescribed[*j]) {

@@ -1,14 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Survey of the poses of an arm during loading: the gains that keep its joints stable, and the speeds and accelerations that its efforts
-//! can achieve.
+//! Survey of an arm's poses during loading: the gains that keep its joints stable, and the speeds and accelerations that its efforts can
+//! achieve.
 //!
-//! There are two kinds of gains, both for a loop of 1 ms with the bias compensated, both critically damped if the joint moves its own
-//! inertia alone:
+//! There are two kinds of gains, both for a loop of 1 ms with the bias compensated, both critically damped if the joint moves only its
+//! own inertia:
 //!
-//! - of a servo of **efforts**, independent of the other joints. The inertia that such a servo moves is 1/(M^-1)_ii, since the others
-//!   give way; the fastest motion of all servos together is the largest eigenvalue of M^-1 D. Both are taken at the
-//!   worst pose.
-//! - of a servo of **decoupled efforts**: M_ii alone, for the others hold.
+//! - for a servo of **efforts**, independent of the other joints. The inertia that such a servo moves is 1/(M^-1)_ii, because the
+//!   others give way; the fastest motion of all servos together is the largest eigenvalue of M^-1 D. Both are taken at the worst pose.
+//! - for a servo of **decoupled efforts**: M_ii alone, because the others hold.
 //!
 //! With the largest velocity gain λ and the sampling period T, λT stays within 0.5: a phase margin of 75 degrees at the crossover λ, of
 //! which the held command takes λT/2.
@@ -20,13 +19,13 @@ use super::prescribed::PrescribedSolver;
 use device::{Servo, UNLIMITED};
 use std::f64::consts::PI;
 
-/// Maximum bandwidth of a servo, 20 Hz: far below the 1 kHz of the loop, far above a motion.
+/// Maximum bandwidth of a servo, 20 Hz: far below the 1 kHz of the loop, and far above that of a motion.
 const BANDWIDTH_MAX: f64 = 125.0;
-/// Maximum velocity gain times the sampling period.
+/// Maximum product of the velocity gain and the sampling period.
 const GAIN_PERIOD: f64 = 0.5;
 /// Period of the joint servos, s.
 const SERVO_PERIOD_S: f64 = 1e-3;
-/// Number of poses surveyed besides the starting pose.
+/// Number of poses surveyed in addition to the starting pose.
 const POSES: usize = 64;
 /// Half-width of the surveyed range of a joint without limits, rad or m.
 const RANGE_RAD: f64 = PI;
@@ -37,12 +36,12 @@ const SPEED_M: f64 = 0.25;
 const ACCELERATION_MAX: f64 = 5.0;
 const ACCELERATION_MAX_M: f64 = 1.0;
 /// Fraction of the effort left over by gravity and friction that accelerations may use, and the minimum fraction of the limit that is
-/// assumed to be left over: an arm that cannot hold some of its poses can still move in the others.
+/// assumed to be left over, because an arm that cannot hold some of its poses can still move in the others.
 const EFFORT_SHARE: f64 = 0.7;
 const EFFORT_LEFT: f64 = 0.1;
-/// Minimum share of a joint in the effort of the worst case: a joint with less is not slowed down for it.
+/// Minimum share of a joint in the effort of the worst case; a joint with a smaller share is not slowed down for it.
 const SHARE_MIN: f64 = 0.05;
-/// Maximum number of iterations of slowing down; each fixes the worst joint and pose.
+/// Maximum number of slowing-down iterations; each corrects the worst joint and pose.
 const ROUNDS: usize = 200;
 /// Number of power iterations for an eigenvalue, and the margin for their error.
 const POWER_ROUNDS: usize = 30;
@@ -52,7 +51,7 @@ const POWER_RESERVE: f64 = 1.1;
 struct Pose {
     /// M, row-major, for all degrees of freedom.
     inertia: Vec<f64>,
-    /// Effort of each degree of freedom against gravity.
+    /// Effort of each degree of freedom that counteracts gravity.
     weight: Vec<f64>,
 }
 
@@ -79,8 +78,8 @@ fn gains(inertia: f64, bandwidth: f64) -> Servo {
     Servo { kp: inertia * bandwidth * bandwidth, kd: 2.0 * inertia * bandwidth }
 }
 
-/// Returns the starting pose, and poses spread evenly over the ranges of the commanded joints: the additive sequence of the generalised
-/// golden ratio.
+/// Returns the starting pose, and poses spread evenly over the ranges of the commanded joints, by the additive sequence of the
+/// generalised golden ratio.
 fn poses(arm: &Arm) -> Vec<Pose> {
     let size = |component| {
         // SAFETY: the model is valid.
@@ -119,7 +118,7 @@ fn poses(arm: &Arm) -> Vec<Pose> {
     (0..=POSES).map(pose).collect()
 }
 
-/// Returns the positive root of x^(d+1) = x + 1, whose powers fill d dimensions evenly.
+/// Returns the positive root of x^(d+1) = x + 1, whose powers yield points that fill d dimensions evenly.
 fn ratio(dimensions: usize) -> f64 {
     (0..60).fold(1.5, |x: f64, _| (1.0 + x).powf(1.0 / (dimensions as f64 + 1.0)))
 }
@@ -139,7 +138,8 @@ fn free_inertias(arm: &Arm, poses: &[Pose]) -> Vec<f64> {
     least
 }
 
-/// Returns the largest eigenvalue of m^1/2 M^-1 m^1/2 over the poses, where m are the inertias of the joints moved alone: 1 without coupling.
+/// Returns the largest eigenvalue of m^1/2 M^-1 m^1/2 over the poses, where m are the inertias of the joints moved alone; it is 1 without
+/// coupling.
 fn coupling(arm: &Arm, poses: &[Pose], inertias: &[f64]) -> f64 {
     let mut solver = PrescribedSolver::new(arm.apart.len());
     let largest = |pose: &Pose| {
@@ -166,7 +166,7 @@ fn eigenvalue(arm: &Arm, solver: &mut PrescribedSolver, inertias: &[f64]) -> f64
     value
 }
 
-/// Lowers the maximum speeds at which damping would take more than half of the effort left by gravity and dry friction, if that is below
+/// Reduces the maximum speeds at which damping would use more than half of the effort left by gravity and dry friction, if that is below
 /// the default speed of a joint.
 fn limit_speeds(arm: &mut Arm, poses: &[Pose]) {
     for joint in &mut arm.joints {
@@ -183,12 +183,12 @@ fn heaviest(poses: &[Pose], v: usize) -> f64 {
     poses.iter().map(|pose| pose.weight[v].abs()).fold(0.0, f64::max)
 }
 
-/// Returns the remaining effort when part of the limit is used.
+/// Returns the effort that remains when part of the limit is used.
 fn left(most: f64, used: f64) -> f64 {
     (most - used).max(EFFORT_LEFT * most)
 }
 
-/// Lowers the accelerations until all joints together need no more than their efforts, in every surveyed pose.
+/// Reduces the accelerations until all joints together need no more than their efforts, in every surveyed pose.
 fn limit_accelerations(arm: &mut Arm, poses: &[Pose]) {
     let n = arm.apart.len();
     for joint in &mut arm.joints {

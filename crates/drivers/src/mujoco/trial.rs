@@ -17,10 +17,10 @@ const SCRIPT: &str = concat!(include_str!("limits.py"), include_str!("trial.py")
 const PROCESSOR_S: u32 = 60;
 /// Limit of its duration, on a busy machine or for a file that does not come, s.
 const WALL_S: u32 = 600;
-/// Number of passed models that are remembered.
+/// Maximum number of passed models that are remembered.
 const PASSED_MAX: usize = 64;
 
-/// Identity of a file: the library that tried it, its path, its length and modification time.
+/// Identity of a tried file: the library that tried it, its path, its length and modification time.
 #[derive(Clone, PartialEq, Eq)]
 struct FileIdentity {
     library: PathBuf,
@@ -31,7 +31,7 @@ struct FileIdentity {
 
 static PASSED: Mutex<VecDeque<FileIdentity>> = Mutex::new(VecDeque::new());
 
-/// Checks a model; the error combines MuJoCo's message and ours. Blocks until the child has ended.
+/// Checks a model; the error combines MuJoCo's message and that of this driver. Blocks until the child has exited.
 pub(super) fn model(library: &Path, model: &Path) -> Result<(), String> {
     let seen = seen(library, model);
     let passed = || PASSED.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
@@ -61,7 +61,7 @@ fn seen(library: &Path, model: &Path) -> Option<FileIdentity> {
     Some(FileIdentity { library: library.into(), model: model.into(), len: of.len(), changed: of.modified().ok()? })
 }
 
-/// Returns the verdict of the child; `None` if it did not get as far as trying.
+/// Returns the verdict of the child; `None` if it did not get as far as trying the model.
 fn verdict(output: &Output) -> Result<Option<bool>, String> {
     let said = String::from_utf8_lossy(&output.stdout);
     let Some(said) = said.strip_prefix("trying ") else { return Ok(None) };
@@ -72,7 +72,9 @@ fn verdict(output: &Output) -> Result<Option<bool>, String> {
         ("refused", None) => Err(line(text)),
         ("fatal", None) => Err(fatal("", &line(text))),
         (_, Some(libc::SIGXCPU)) => Err(format!("it was not loaded within {PROCESSOR_S} s of processor time; check for counts that are too large")),
-        (_, Some(libc::SIGALRM)) => Err(format!("it was not loaded within {WALL_S} s; check for files that cannot be read, and for other work of this machine")),
+        (_, Some(libc::SIGALRM)) => {
+            Err(format!("it was not loaded within {WALL_S} s; check for files that cannot be read, and for other work of this machine"))
+        }
         (_, Some(signal)) => Err(fatal(&format!(" (signal {signal})"), &line(&String::from_utf8_lossy(&output.stderr)))),
         (_, None) => Err(fatal("", &line(&String::from_utf8_lossy(&output.stderr)))),
     }

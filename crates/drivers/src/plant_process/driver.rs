@@ -16,10 +16,10 @@ use std::time::Duration;
 
 /// Time limit for closing a plant.
 const END: Duration = Duration::from_secs(5);
-/// Divisor of the maximum silence: readings after that fraction of it count as late.
+/// Divisor of the maximum silence; the quotient is the age above which readings count as late.
 const LATE: i64 = 8;
 
-/// Times after which the process counts as lost, ns.
+/// Time limits after which the process counts as lost, ns.
 pub(super) struct Bounds {
     /// Maximum time without a step of the process.
     pub(super) silent_ns: i64,
@@ -30,20 +30,20 @@ pub(super) struct Bounds {
 }
 
 pub(super) struct PlantProcess {
-    /// Link, `None` after closing: the process is then released, however long this value lives.
+    /// Link; `None` after closing, because the process is then released, however long this value lives.
     link: Option<UnixLink>,
     /// The plant process, if this driver started it.
     child: Option<Child>,
     channels: Vec<Channel>,
     shape: Shape,
     silent_ns: i64,
-    /// Maximum age of the readings; beyond it the process counts as lost, even if it answers.
+    /// Maximum age of the readings, above which the process counts as lost, even if it answers.
     taken_max_ns: Option<i64>,
     timeout_ns: Option<i64>,
     /// Slot in which the process stores the time of its readings, and from which a program reads their age; `None` for a machine, which
-    /// does not report it.
+    /// does not report the time.
     age: Option<Slot>,
-    /// Path by which others find the process.
+    /// Path at which other programs find the process.
     path: Option<PathBuf>,
     session: Option<Session>,
     services: Option<Arc<PlantServices>>,
@@ -54,7 +54,7 @@ struct Session {
     region: Region,
     commands: TripleWriter<SharedTripleBuffer>,
     readings: TripleReader<SharedTripleBuffer>,
-    /// Number of steps of the plant at the last read, and the release at which it last changed.
+    /// Number of steps of the plant at the last read, and the release time at which it last changed.
     steps: u64,
     stepped_ns: Option<i64>,
     attendance: Attendance,
@@ -65,7 +65,7 @@ struct Session {
 }
 
 impl Session {
-    /// Returns the time for which the process has made no step while this side was running, ns.
+    /// Returns the time for which the process has not made a step while this side was running, ns.
     fn silent_ns(&mut self, release_ns: i64, silent_max_ns: i64) -> i64 {
         self.back_ns = self.attendance.look(release_ns, silent_max_ns);
         let steps = self.region.steps().load(Ordering::Acquire);
@@ -103,7 +103,7 @@ impl PlantProcess {
         }
     }
 
-    /// Adds the services and counters of the driver in the process.
+    /// Adds the services and counters of the driver that runs in the process.
     pub fn serving(mut self, told: DeclaredServices, link: Option<UnixLink>) -> PlantProcess {
         self.shape.counters = told.counters.len();
         self.services = (!told.services.is_empty()).then(|| Arc::new(PlantServices { words: told.services, link: Mutex::new(link), rests: AtomicU64::new(0) }));
@@ -111,7 +111,7 @@ impl PlantProcess {
         self
     }
 
-    /// Reads a driver in a process of its own, whose readings have an age.
+    /// Reads a driver in a process of its own that reports the age of its readings.
     fn read_aged(&mut self, age: Slot, release_ns: i64, readings: &mut [u8]) -> Result<(), DeviceError> {
         let Some(session) = &mut self.session else { return Err(DeviceError { message: "its process is not open".to_owned() }) };
         session.readings.latch();
@@ -274,7 +274,7 @@ impl Driver for PlantProcess {
 }
 
 impl Drop for PlantProcess {
-    /// Closes the plant, so that a driver that was made and never opened does not leave a process behind either.
+    /// Closes the plant, so that a driver that was created but never opened does not leave a process behind either.
     fn drop(&mut self) {
         if self.child.is_some() || self.session.is_some() {
             self.close();

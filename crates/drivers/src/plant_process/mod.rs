@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A plant in a process of its own: any other driver, at its own pace, like a real machine. It outlives the process that commands it.
 //!
-//! Channels and parts are those of the driver that it runs. A read takes the newest complete group of readings, a write leaves a group of
-//! commands: neither waits, allocates or makes system calls.
+//! Its channels and parts are those of the driver that it runs. A read takes the newest complete group of readings, a write leaves a
+//! group of commands: neither blocks, allocates or makes system calls.
 //!
-//! When the process of its driver has exited, the plant continues under the last commands, like a drive without a watchdog; it has none
-//! by default, so that the effect of the guard shows. With a watchdog it goes to its safe commands if no new group of commands arrives
-//! for that long after one that claims anything. Its safe handle is a flag and safe commands in the shared memory: the plant obeys them
-//! from its next step, until a driver opens it again.
+//! When the process that commands it has exited, the plant continues under the last commands, like a drive without a watchdog; it has
+//! none by default, so that the effect of the guard can be observed. With a watchdog, the plant switches to its safe commands if no new
+//! group of commands arrives within the timeout after one that claims a channel. Its safe handle is a flag and safe commands in the
+//! shared memory: the plant obeys them from its next step on, until a driver opens it again.
 //!
-//! Time is that of the wall clock; under the virtual clock the driver runs in place.
+//! Time is that of the wall clock; under the virtual clock, the driver runs in place.
 mod driver;
 mod plant_link;
 mod plant_messages;
@@ -38,7 +38,7 @@ use std::time::Duration;
 const LINGER_NS: i64 = 10_000_000_000;
 const SILENT_NS: i64 = 500_000_000;
 const NAME_MAX: usize = 40;
-/// Minimum age of a socket that is judged as abandoned: the plant of a newer one may not be listening yet.
+/// Minimum age at which a socket may be judged as abandoned, because the plant of a newer one may not be listening yet.
 const NEW: Duration = Duration::from_secs(1);
 
 pub(crate) static DRIVER: Declaration = Declaration {
@@ -97,7 +97,7 @@ fn geometry(given: &GivenOptions<'_>) -> Result<Option<Geometry>, DriverError> {
     device::geometry(&options.driver.kind, &options.driver.options)
 }
 
-/// Starts the process, or connects to the running one of that name.
+/// Starts the process, or connects to the running process of that name.
 fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     check(given, &options)?;
@@ -116,7 +116,7 @@ fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     opened(given, KIND, made, options.command.map_or_else(beside, |words| Ok(words.into_iter().map(OsString::from).collect()))?, bounds, path)
 }
 
-/// Finds running plants that have a name.
+/// Searches for running plants that have a name.
 fn scan(_: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     clean();
     let folder = run_folder().map_err(|error| lost(error.to_string()))?;
@@ -126,7 +126,7 @@ fn scan(_: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     Ok(names.iter().filter_map(|name| found(name)).collect())
 }
 
-/// Returns the plant of that name; `None` if the listener does not describe itself.
+/// Returns the plant with that name; `None` if the listener does not describe itself.
 fn found(name: &str) -> Option<FoundDevice> {
     let link = connect(&place(name).ok()?).ok()?;
     let Ok(Answer::Described(described)) = ask(&link, Ask::Describe) else { return None };
@@ -138,7 +138,7 @@ fn found(name: &str) -> Option<FoundDevice> {
     Some(FoundDevice { what: format!("plant '{name}' of driver '{}', {} channels", made.kind, channels.len()), options })
 }
 
-/// Returns the state of the plant of that name.
+/// Returns the state of the plant with that name.
 ///
 /// # Errors
 /// Returns a message if there is none.
@@ -166,7 +166,7 @@ fn check(given: &GivenOptions<'_>, options: &Options) -> Result<(), DriverError>
     Ok(())
 }
 
-/// Removes the sockets of plants of this user that were killed and could not remove them.
+/// Removes the sockets of this user's plants that were killed and so could not remove them.
 pub fn clean() {
     let Ok(folder) = run_folder() else { return };
     let is_plant = |path: &PathBuf| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(SOCKET.as_bytes()));
@@ -179,7 +179,7 @@ pub fn clean() {
     }
 }
 
-/// Returns the command line that runs plants: the program beside this one, or the package of this program's interpreter.
+/// Returns the command line that runs plants: that of the program next to this one, or that of the package in this program's interpreter.
 fn beside() -> Result<Vec<OsString>, DriverError> {
     let beside = std::env::current_exe().map(|program| program.with_file_name("opengpac-plant"));
     let beside = beside.map_err(|error| lost(format!("the folder of this program cannot be found: {error}")))?;

@@ -1,21 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Finds and queries plants: a socket by name, one answer per request.
+//! Finds and queries plants: a socket by name, and one answer per request.
 use super::plant_messages::{Answer, Ask};
 use process_kit::{UnixLink, run_folder};
 use std::os::fd::OwnedFd;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Time limit for a plant to make, load and describe itself.
+/// Time limit within which a plant must create, load and describe itself.
 pub(super) const ANSWER: Duration = Duration::from_secs(120);
 /// Prefix of the socket of a named plant.
 pub(super) const SOCKET: &str = "plant-";
-/// Name of the descriptor of the first link.
+/// Name of the descriptor of the link to the first client.
 pub(super) const LINK: &str = "link";
-/// Name of the link for services of a driver in a process of its own: they take long, and no other message waits for them.
+/// Name of the link for services of a driver in a process of its own. It is separate because services take long, and no other message
+/// must wait for them.
 pub(super) const SERVICES: &str = "services";
 
-/// Returns the path at which the plant of that name listens.
+/// Returns the path at which the plant with that name listens.
 pub(super) fn place(name: &str) -> std::io::Result<PathBuf> {
     Ok(run_folder()?.join(format!("{SOCKET}{name}")))
 }

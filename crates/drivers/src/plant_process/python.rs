@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A driver in Python, in a process of its own. The process runs the driver [`OBJECT`], which the program that embeds Python registers;
-//! process, memory and life are those of a plant, except that it ends with its commander, its outputs safe.
+//! A driver in Python, in a process of its own. The process runs the driver [`OBJECT`], which is registered by the program that embeds
+//! Python; process, memory and life cycle are those of a plant, except that it exits with its commander, with its outputs safe.
 use super::driver::Bounds;
 use super::plant_messages::PlantOrigin;
 use super::starting::opened;
@@ -12,7 +12,7 @@ const KIND: &str = "python";
 /// Kind of driver that the process runs.
 const OBJECT: &str = "python_object";
 const PERIOD_NS: i64 = 10_000_000;
-/// Module of the package that the process runs.
+/// Module of the package to be run as the process.
 const PROCESS: &str = "opengpac.driver.process";
 
 pub(crate) static DRIVER: Declaration = Declaration {
@@ -52,7 +52,7 @@ struct Options {
     period_ns: Option<i64>,
     age_max_ns: Option<i64>,
     timeout_ns: Option<i64>,
-    /// Options of the driver that the process runs, already checked.
+    /// Options of the driver that the process runs; they have already been checked.
     #[serde(flatten)]
     object: serde_json::Map<String, Value>,
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Memory that a plant and its driver share for one session.
+//! Memory shared by a plant and its driver for one session.
 //!
 //! | | written by | read by |
 //! |---|---|---|
@@ -9,7 +9,7 @@
 //! | safe commands, and the flag | the guard, when the driver's process has exited | the plant, before each step |
 //! | steps, failure, expiry of its timeout | the plant | the driver |
 //!
-//! Either side may write any word of it at any time: each is checked as it is read, and an impossible word ends the session.
+//! Either side may write to any word at any time: each word is checked as it is read, and an impossible value ends the session.
 //!
 //! Neither side waits for the other. The memory is new for each session: a driver that was cut off writes to memory that is no longer
 //! read.
@@ -22,18 +22,18 @@ use std::os::fd::OwnedFd;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
-/// Bytes of a cache line.
+/// Size of a cache line in bytes.
 const LINE: usize = 64;
-/// Word that is not 0 while only the safe commands apply.
+/// Offset of the word that is not 0 while only the safe commands apply.
 const FLAG: usize = 0;
 const STEPS: usize = LINE;
-/// Length of the failure message; 0: none.
+/// Offset of the length of the failure message; the length is 0 if there is none.
 const FAILED: usize = 2 * LINE;
 const TEXT: usize = FAILED + 8;
 const TEXT_MAX: usize = 4 * LINE - 8;
-/// Word that is not 0 if no commands arrived for the timeout of the plant.
+/// Offset of the word that is not 0 if no commands arrived within the timeout of the plant.
 const TIMED_OUT: usize = 6 * LINE;
-/// Number of safe-state requests by the driver.
+/// Offset of the number of safe-state requests by the driver.
 const RESTS: usize = 7 * LINE;
 const SAFE: usize = 8 * LINE;
 
@@ -42,9 +42,9 @@ const SAFE: usize = 8 * LINE;
 pub(super) struct Shape {
     pub readings: usize,
     pub commands: usize,
-    /// Counters of the driver, of 8 bytes each, after the readings.
+    /// Number of counters of the driver, of 8 bytes each, which follow the readings.
     pub counters: usize,
-    /// Write channels: each has a byte, after the commands, that is 1 if it is claimed.
+    /// Number of write channels. For each, a byte after the commands is 1 if the channel is claimed.
     pub writes: usize,
 }
 
@@ -55,12 +55,12 @@ impl Shape {
         Shape { readings: end(Direction::Read), commands: end(Direction::Write), writes: of(Direction::Write).count(), counters }
     }
 
-    /// Returns the size of readings and counters.
+    /// Returns the total size of the readings and the counters.
     pub fn told(&self) -> usize {
         self.readings + 8 * self.counters
     }
 
-    /// Returns the size of commands and their claims.
+    /// Returns the total size of the commands and their claims.
     pub fn group(&self) -> usize {
         self.commands + self.writes
     }
@@ -92,7 +92,7 @@ fn lines(len: usize) -> usize {
     len.max(1).next_multiple_of(LINE)
 }
 
-/// Returns the length of the word and three buffers.
+/// Returns the total length of the word and the three buffers.
 fn triple_len(len: usize) -> usize {
     LINE + 3 * lines(len)
 }
@@ -100,7 +100,7 @@ fn triple_len(len: usize) -> usize {
 /// Memory of one session.
 pub(super) struct Region {
     memory: Arc<SharedMemory>,
-    /// Set if a word was read that neither side writes.
+    /// Set if a word was read with a value that neither side would write.
     spoilt: Arc<AtomicBool>,
     /// Safe commands, in the plant's copy of the region.
     safe_group: Vec<u8>,
@@ -108,7 +108,7 @@ pub(super) struct Region {
 }
 
 impl Region {
-    /// Makes a new region, on the plant's side.
+    /// Creates a new region, on the plant's side.
     pub fn new(shape: Shape, safe_group: &[u8]) -> io::Result<Region> {
         let region = Region { memory: Arc::new(SharedMemory::new(shape.len())?), spoilt: Arc::default(), safe_group: safe_group.to_vec(), shape };
         for triple in [region.commands(), region.readings()] {
@@ -118,7 +118,7 @@ impl Region {
         Ok(region)
     }
 
-    /// Makes the driver's side of a region that the plant sent.
+    /// Wraps the driver's side of a region that the plant has sent.
     pub fn received(descriptor: OwnedFd, shape: Shape) -> io::Result<Region> {
         Ok(Region { memory: Arc::new(SharedMemory::received(descriptor, shape.len())?), spoilt: Arc::default(), safe_group: Vec::new(), shape })
     }
@@ -135,36 +135,36 @@ impl Region {
         SharedTripleBuffer { memory: self.memory.clone(), spoilt: self.spoilt.clone(), start: self.shape.readings_start(), len: self.shape.told() }
     }
 
-    /// Returns the two ends of the plant. They are taken once for each region.
+    /// Returns the two ends that the plant uses. They are taken once for each region.
     pub fn plant_ends(&self) -> (TripleReader<SharedTripleBuffer>, TripleWriter<SharedTripleBuffer>) {
         // SAFETY: only the plant makes these ends, once, from memory that it has just made; so each buffer is in its initial place.
         unsafe { (TripleReader::in_memory(self.commands(), FRONT_AT_FIRST), TripleWriter::in_memory(self.readings(), BACK_AT_FIRST)) }
     }
 
-    /// Returns the two ends of the driver. They are taken once for each region.
+    /// Returns the two ends that the driver uses. They are taken once for each region.
     pub fn driver_ends(&self) -> (TripleWriter<SharedTripleBuffer>, TripleReader<SharedTripleBuffer>) {
         // SAFETY: the plant sends the memory of a session to one driver, which makes these ends once; the driver has not exchanged
         // anything before, and the plant has exchanged only with the middle buffer.
         unsafe { (TripleWriter::in_memory(self.commands(), BACK_AT_FIRST), TripleReader::in_memory(self.readings(), FRONT_AT_FIRST)) }
     }
 
-    /// Returns true if the safe commands apply: also if no others can be trusted.
+    /// Returns true if the safe commands apply, also because no others can be trusted.
     pub fn is_safe(&self) -> bool {
         self.memory.word(FLAG).load(Ordering::Acquire) != 0 || self.spoilt.load(Ordering::Relaxed)
     }
 
-    /// Returns the word that is not 0 if the plant has gone to its safe commands on its own.
+    /// Returns the word that is not 0 if the plant has switched to its safe commands by itself.
     pub fn timed_out(&self) -> &AtomicU64 {
         self.memory.word(TIMED_OUT)
     }
 
-    /// Returns the number of safe-state requests by the driver. It is separate from the commands: a later command does not undo a
+    /// Returns the number of safe-state requests by the driver. It is separate from the commands, so that a later command does not undo a
     /// request.
     pub fn rests(&self) -> &AtomicU64 {
         self.memory.word(RESTS)
     }
 
-    /// Returns the writes of the guard: the safe commands, then the flag.
+    /// Returns the writes that the guard makes: the safe commands, then the flag.
     pub fn safe_writes(&self, safe_group: &[u8]) -> Vec<(u64, Vec<u8>)> {
         // Any nonzero byte of the flag is enough, so it applies from the first byte that arrives.
         vec![(SAFE as u64, safe_group.to_vec()), (FLAG as u64, vec![1; 8])]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Plant process: one thread that makes steps at its own pace and serves its clients between two of them.
+//! Plant process: one thread that runs steps at its own pace and serves its clients between steps.
 use super::plant_link::{ANSWER, LINK, SERVICES, place};
 use super::plant_messages::{Answer, Ask, ChannelText, PlantDescription, PlantOrigin, PlantState, age_of};
 use super::region::{Region, Shape, SharedTripleBuffer};
@@ -13,14 +13,14 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 const STEP_NS: i64 = 1_000_000;
-/// Maximum time between two checks for messages of clients, however long its steps are.
+/// Maximum time between two checks for messages of clients, however long the plant's steps are.
 const HEAR_NS: i64 = 20_000_000;
-/// Number of steps by which a plant must be late to continue from the present: the missed time is dropped.
+/// Number of steps above which a late plant drops the missed time and continues from the current time.
 const LATE_STEPS_MAX: i64 = 10;
-/// Below the guard, above every kernel: a machine does not wait for software.
+/// Priority below the guard and above every kernel, because a machine does not wait for software.
 const PRIORITY: u8 = 97;
 
-/// Runs the plant process. Returns when it was closed, or no client has been connected for its linger time.
+/// Runs the plant process. Returns when it has been closed, or when no client has been connected for its linger time.
 ///
 /// # Errors
 /// Fails if the process was not started by a driver; the message is for people.
@@ -61,7 +61,7 @@ struct Plant {
     age: Option<Slot>,
     taken: TakenTime,
     listener: Option<Listener>,
-    /// Links to its clients, each with a number.
+    /// Links to the plant's clients, each with a number.
     links: Vec<(u64, UnixLink)>,
     next_link: u64,
     session: Option<Session>,
@@ -69,14 +69,14 @@ struct Plant {
     group: Vec<u8>,
     engaged: Vec<bool>,
     readings: Vec<u8>,
-    /// Time of the plant itself: the sum of its steps.
+    /// Time of the plant itself: the sum of its steps so far.
     time_ns: i64,
     steps: u64,
     failed: Option<String>,
-    /// Time at which it first obeyed the safe commands of this session.
+    /// Time at which the plant first obeyed the safe commands of this session.
     obeyed_ns: i64,
-    /// Time of the last commands that claim anything; `None` if the plant was sent to its safe state, or has received none in this
-    /// session.
+    /// Time of the last commands that claim a channel; `None` if the plant was brought to its safe state, or has received no such
+    /// commands in this session.
     commanded_ns: Option<i64>,
     /// Time at which a client was last connected.
     seen_ns: i64,
@@ -92,8 +92,8 @@ struct TakenTime {
 }
 
 impl TakenTime {
-    /// Records the time reported by the driver after the step at `time_ns`, which began at `begun_ns`. A repeated report keeps its
-    /// earlier time: the clock of steps stands still while they are late.
+    /// Records the time reported by the driver after the step at `time_ns`, which began at `begun_ns`. If a report is repeated, its
+    /// earlier time is kept, because the clock of steps does not advance while they are late.
     fn look(&mut self, told_ns: Option<i64>, time_ns: i64, begun_ns: i64) {
         if told_ns.is_none() || told_ns != self.told_ns {
             let old_ns = told_ns.map_or(0, |told_ns| time_ns.saturating_sub(told_ns).max(0));
@@ -173,7 +173,7 @@ impl Plant {
         self.driver.close();
     }
 
-    /// Returns true if the plant is to continue: a client is connected, or was recently.
+    /// Returns true if the plant must continue: a client is connected, or was connected recently.
     fn keep_alive(&mut self) -> bool {
         if !self.links.is_empty() {
             self.seen_ns = now_ns();
@@ -315,7 +315,7 @@ impl Plant {
         }
     }
 
-    /// Opens a new session, safe until commands arrive; the holder of the previous one can no longer command.
+    /// Opens a new session, which is safe until commands arrive; the holder of the previous session can no longer send commands.
     fn open(&mut self, holder: u64) -> Result<(), String> {
         if let Some(why) = &self.failed {
             return Err(why.clone());

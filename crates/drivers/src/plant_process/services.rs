@@ -8,19 +8,19 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// Period at which a waiting call checks that the process that is to answer it still exists.
+/// Period at which a waiting call checks that the process from which it expects an answer still exists.
 const LOOK: Duration = Duration::from_secs(1);
 
 pub(super) struct PlantServices {
     pub words: &'static [ServiceWord],
-    /// Link, `None` after closing.
+    /// Link; `None` after closing.
     pub link: Mutex<Option<UnixLink>>,
-    /// Number of times that the device was brought to its safe state since it was opened.
+    /// Number of times that the device has been brought to its safe state since it was opened.
     pub rests: AtomicU64,
 }
 
 impl PlantServices {
-    /// Marks the device as closed. A waiting call ends with its process.
+    /// Marks the device as closed. A waiting call returns when its process exits.
     pub fn close(&self) {
         if let Ok(mut link) = self.link.try_lock() {
             *link = None;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Driver of a plant, above the process that runs it.
+//! Driver of a plant, apart from the process that runs it.
 use super::driver;
 use super::plant_link::{LINK, SERVICES, ask};
 use super::plant_messages::{Answer, Ask, PlantDescription, PlantOrigin};
@@ -9,7 +9,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Opens the process of this origin, found or started with this command.
+/// Opens the process with this origin: finds it, or starts it with this command.
 pub(super) fn opened(
     given: &GivenOptions<'_>,
     kind: &'static str,

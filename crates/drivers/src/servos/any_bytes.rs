@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Arbitrary bytes on the line of servos, for fuzzers: nothing panics, each step advances, and written data is parsed as one complete
-//! frame.
+//! Arbitrary bytes on the line of servos, for fuzzers: parsing never panics, each step advances, and data that is written parses as one
+//! complete frame.
 use super::frame::{Ask, FRAME_MAX, Frame, FrameScan, ID_MAX};
 use super::protocol::Protocol;
 
-/// Parses bytes; the first selects the protocol, and whether the others come from the line or are to be written.
+/// Parses bytes. The first one selects the protocol, and determines whether the remaining bytes come from the line or are to be written.
 pub fn servos(bytes: &[u8]) {
     let Some((how, rest)) = bytes.split_first() else { return };
     let protocol = if how & 1 == 0 { Protocol::Sts } else { Protocol::Dynamixel };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Arming of servos: checks each servo, switches its torque on and off, and carries out services meanwhile.
+//! Arming of servos: checks each servo, switches its torque on and off, and carries out services in the meantime.
 use super::calibration::{Calibration, Entry};
 use super::driver::Servos;
 use super::frame::{Ask, BROADCAST, Frame};
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 /// Time limit for a servo to restart.
 const REBOOT: Duration = Duration::from_secs(2);
-/// Bit of an error number: there is an error to read.
+/// Bit of an error number that signals an error to be read.
 const ALERT: u8 = 0x80;
 
 impl Servos {
@@ -60,7 +60,7 @@ impl Servos {
         Ok(())
     }
 
-    /// Clears a grave error of a servo, if possible.
+    /// Clears a critical error of a servo, if possible.
     fn clear(&mut self, joint: usize) -> Result<(), DeviceError> {
         let (map, id) = (self.map, self.joints[joint].wired.id);
         let grave = self.ask(joint, map.error)?.value as u8 & map.grave;
@@ -82,7 +82,7 @@ impl Servos {
         if left == 0 { Ok(()) } else { Err(self.wrong(joint, &format!("reports {}; reduce its load, let it cool, then reset()", map.named(left)))) }
     }
 
-    /// Stores to a register of one servo, which must acknowledge it.
+    /// Writes to a register of one servo, which must acknowledge the write.
     pub(super) fn store(&mut self, joint: usize, register: Register, bytes: &[u8]) -> Result<(), DeviceError> {
         let id = self.joints[joint].wired.id;
         let written = self.line()?.write(id, register.address, bytes).map_err(|why| self.gone(&why))?;
@@ -93,7 +93,7 @@ impl Servos {
         }
     }
 
-    /// Switches torque on at the present position: whatever its goal was, the servo does not move.
+    /// Switches torque on at the current position, so that the servo does not move, whatever its goal was.
     pub(super) fn hold(&mut self, joint: usize) -> Result<(), DeviceError> {
         let counts = self.joints[joint].present.counts;
         self.store(joint, self.map.goal, &self.protocol.goal(counts)[..usize::from(self.map.goal.len)])?;
@@ -113,7 +113,7 @@ impl Servos {
         Ok(())
     }
 
-    /// Switches all torque off: by one frame for all, and then one by one with acknowledgement.
+    /// Switches the torque of all servos off: first with a single frame for all, then one by one with acknowledgement.
     pub(super) fn rest(&mut self) {
         self.rows.clear();
         for joint in &mut self.joints {
@@ -130,13 +130,13 @@ impl Servos {
         }
     }
 
-    /// Makes the frame that switches the torque of all servos off, for the guard.
+    /// Encodes the frame that switches off the torque of all servos, for the guard.
     pub(super) fn relax(&self, frame: &mut Frame, rows: &[u8]) -> bool {
         let Register { address, len } = self.map.torque;
         self.protocol.write(frame, BROADCAST, Ask::SyncWrite { address, len, rows })
     }
 
-    /// Updates the ends that are being recorded.
+    /// Updates the ends of the ranges that are being recorded.
     pub(super) fn record(&mut self) {
         // Feetech's counts wrap around after a turn, those of Dynamixel continue.
         let has_seam = self.protocol == Protocol::Sts;
@@ -210,7 +210,7 @@ impl Servos {
         Ok(self.counts())
     }
 
-    /// Returns the present positions of all joints, counts.
+    /// Returns the current positions of all joints, in counts.
     fn counts(&self) -> Value {
         self.joints.iter().map(|joint| (joint.wired.name.clone(), json!(joint.present.counts))).collect()
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Exchange on a shared line, one request at a time: requests, expected answers, time limits, repetitions.
+//! Exchange on a shared line, one request at a time: requests, expected answers, time limits, retries.
 use super::frame::{Answer, Ask, FRAME_MAX, Frame, FrameScan};
 use super::protocol::Protocol;
 use super::registers::{Register, whole};
@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 /// Maximum number of servos on one bus.
 pub(super) const SERVOS_MAX: usize = 64;
-/// Maximum delay of a servo before its answer: the range of its register ends at 0.5 ms.
+/// Maximum delay before a servo answers; the maximum value of its register is 0.5 ms.
 const RETURN_DELAY: Duration = Duration::from_millis(1);
 
 device::counters! {
@@ -36,7 +36,7 @@ pub(super) struct Timing {
     /// Maximum delay of the adapter and the host in addition to the time on the wire.
     pub(super) latency: Duration,
     pub(super) retries: u32,
-    /// True if the adapter echoes sent bytes; `None`: it is tested.
+    /// True if the adapter echoes sent bytes; `None` if this must be tested.
     pub(super) echo: Option<bool>,
 }
 
@@ -87,8 +87,8 @@ impl Bus {
         self.line.as_fd().try_clone_to_owned()
     }
 
-    /// Determines whether the adapter echoes sent bytes, unless that is configured: by a read, whose answer always differs from the
-    /// request.
+    /// Determines whether the adapter echoes sent bytes, unless this is configured, by a read request, the answer to which always differs
+    /// from the request.
     pub(super) fn find_echo(&mut self, id: u8, register: Register) -> Result<()> {
         if self.timing.echo.is_some() {
             return Ok(());
@@ -106,7 +106,7 @@ impl Bus {
         Ok(())
     }
 
-    /// Returns true if a servo of that id answers.
+    /// Returns true if a servo with that ID answers.
     pub(super) fn ping(&mut self, id: u8) -> Result<bool> {
         let len = if self.protocol == Protocol::Dynamixel { 3 } else { 0 };
         self.one(id, Ask::Ping, len).map(|answered| answered.is_some())
@@ -117,17 +117,17 @@ impl Bus {
         self.one(id, Ask::Read { address: register.address, len: register.len }, usize::from(register.len))
     }
 
-    /// Stores to a register; returns `None` if there is no answer.
+    /// Writes to a register; returns `None` if there is no answer.
     pub(super) fn write(&mut self, id: u8, address: u16, bytes: &[u8]) -> Result<Option<ServoAnswer>> {
         self.one(id, Ask::Write { address, bytes }, 0)
     }
 
-    /// Restarts a servo; waits only briefly for its answer, as it may already be shutting down.
+    /// Restarts a servo; waits only briefly for its answer, because it may already be shutting down.
     pub(super) fn reboot(&mut self, id: u8) -> Result<()> {
         self.once(id, Ask::Reboot, &[id], &mut [false], 0, &mut |_, _| ())
     }
 
-    /// Stores to the same register of several servos, without an answer.
+    /// Writes to the same register of several servos, without an answer.
     pub(super) fn sync_write(&mut self, register: Register, rows: &[u8]) -> Result<()> {
         let until = self.send(super::frame::BROADCAST, Ask::SyncWrite { address: register.address, len: register.len, rows }, 0, 0)?;
         // Otherwise the echo would precede that of the next request.
@@ -137,8 +137,8 @@ impl Bus {
         Ok(())
     }
 
-    /// Reads the same register of several servos, and repeats the request for those that did not answer. `done[i]` is true if servo i has
-    /// answered.
+    /// Reads the same register of several servos, and repeats the request for those that have not answered. `done[i]` is true if servo i
+    /// has answered.
     pub(super) fn sync_read(&mut self, register: Register, ids: &[u8], done: &mut [bool], take: &mut dyn FnMut(usize, Answer<'_>)) -> Result<()> {
         done.fill(false);
         for round in 0..=self.timing.retries {
@@ -157,7 +157,7 @@ impl Bus {
         Ok(())
     }
 
-    /// Makes a request to one servo, and repeats it if there is no answer.
+    /// Sends a request to one servo, and repeats it if there is no answer.
     fn one(&mut self, id: u8, ask: Ask<'_>, len: usize) -> Result<Option<ServoAnswer>> {
         let mut answered = None;
         for round in 0..=self.timing.retries {
@@ -171,7 +171,7 @@ impl Bus {
         Ok(answered)
     }
 
-    /// Makes a request, and takes the answers to it within their time limit: `len` bytes from each of `ids` that is not `done`.
+    /// Sends a request, and receives the answers to it within their time limit: `len` bytes from each of `ids` that is not `done`.
     fn once(&mut self, id: u8, ask: Ask<'_>, ids: &[u8], done: &mut [bool], len: usize, take: &mut dyn FnMut(usize, Answer<'_>)) -> Result<()> {
         let mut missing = done.iter().filter(|done| !**done).count();
         let until = self.send(id, ask, missing, len)?;
@@ -188,7 +188,7 @@ impl Bus {
         Ok(())
     }
 
-    /// Sends a request, and returns the deadline of its answers.
+    /// Sends a request, and returns the deadline for its answers.
     fn send(&mut self, id: u8, ask: Ask<'_>, answers: usize, len: usize) -> Result<Instant> {
         self.line.drain_input()?;
         self.len = 0;
@@ -204,7 +204,7 @@ impl Bus {
         Ok(until)
     }
 
-    /// Takes received bytes; returns false if there are none until the deadline.
+    /// Receives available bytes; returns false if none have arrived by the deadline.
     fn receive(&mut self, until: Instant) -> Result<bool> {
         if self.len == self.came.len() {
             // No request has such a long answer: it is noise.
@@ -216,7 +216,7 @@ impl Bus {
         Ok(count > 0)
     }
 
-    /// Skips the echo of the adapter; returns false if it differs from the sent bytes, because another host has transmitted.
+    /// Skips the adapter's echo; returns false if it differs from the sent bytes, because another host has transmitted.
     fn drop_echo(&mut self, until: Instant) -> Result<bool> {
         let sent = self.frame.bytes().len();
         while self.len < sent {
@@ -236,7 +236,7 @@ impl Bus {
         self.len -= count;
     }
 
-    /// Takes the complete answers, and returns the number of them that were missing before.
+    /// Takes the complete answers, and returns how many of the missing ones were among them.
     fn answers(&mut self, ids: &[u8], done: &mut [bool], len: usize, take: &mut dyn FnMut(usize, Answer<'_>)) -> usize {
         let (mut from, mut taken) = (0, 0);
         while from < self.len {
@@ -266,7 +266,7 @@ impl Bus {
     }
 }
 
-/// Returns true for an answer that contains only the reason why there is no other.
+/// Returns true if an answer contains an error instead of the requested bytes.
 fn is_refusal(protocol: Protocol, answer: &Answer<'_>) -> bool {
     protocol == Protocol::Dynamixel && answer.bytes.is_empty() && answer.error & 0x7f != 0
 }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Zeros and ends of the joints of an arm: a file in the format of lerobot's calibrations.
+//! Zeros and range ends of the joints of an arm: a file in lerobot's calibration format.
 //!
 //! A JSON table: each joint's name with `id`, `drive_mode` (1: it counts in the opposite direction), `homing_offset` (the offset added by
 //! the servo itself, for comparison), `range_min` and `range_max` (counts). The zero is the middle of the range, as in lerobot's degrees;
-//! if another one was recorded it is `zero` (counts), which lerobot ignores.
+//! if a different zero was recorded, it is `zero` (counts), which lerobot ignores.
 use serde::{Deserialize, Serialize};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -27,7 +27,7 @@ pub(super) struct Entry {
     pub(super) zero: Option<f64>,
 }
 
-/// Entries of a file by the names of the joints.
+/// Entries of a file, by joint name.
 pub(super) type Calibration = BTreeMap<String, Entry>;
 
 impl Entry {
@@ -59,8 +59,7 @@ pub(super) fn read(path: &Path) -> Result<Calibration, String> {
     Ok(entries)
 }
 
-/// Writes a file, as a whole or not at all. An existing file keeps its mode and must be a calibration; a new one is accessible to its
-/// owner only.
+/// Writes a file atomically. An existing file keeps its mode and must be a calibration; a new file is accessible only to its owner.
 ///
 /// # Errors
 /// Fails if the file cannot be written, or the existing file is not a calibration; the message is for people.

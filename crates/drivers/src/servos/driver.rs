@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Exchange with the servos of a bus: one request reads all, and all goals are sent in one frame.
+//! Exchange with the servos on a bus: one request reads all servos, and all goals are sent in one frame.
 use super::bus::Timing;
 use super::bus::{Bus, Count, ServoAnswer};
 use super::frame::Frame;
@@ -11,9 +11,9 @@ use device::{Channel, Command, Counters, DeviceError, Driver, Layout, OpenedDriv
 use serde_json::json;
 use std::sync::Arc;
 
-/// Distance from the command beyond which a goal counts as held back, rad.
+/// Distance from the command above which a goal counts as held back, rad.
 const NEAR: f64 = 1e-3;
-/// Maximum time, s, for which the next goal may move, however long no goal was written.
+/// Maximum time, s, counted for the motion of the next goal, however long ago the last goal was written.
 const SPAN_MAX: f64 = 0.1;
 
 pub(super) struct Servos {
@@ -24,7 +24,7 @@ pub(super) struct Servos {
     max_speed: f64,
     /// Timeout of the servos' own watchdog, in their units.
     pub(super) watchdog: Option<u8>,
-    /// Index of the joint that was last checked.
+    /// Index of the joint that was checked last.
     pub(super) looked: usize,
     channels: Vec<Channel>,
     pub(super) joints: Vec<Joint>,
@@ -33,19 +33,19 @@ pub(super) struct Servos {
     pub(super) counters: Arc<Counters>,
     ids: Vec<u8>,
     done: Vec<bool>,
-    /// Rows of a frame for several servos.
+    /// Scratch buffer for the rows of a frame for several servos.
     pub(super) rows: Vec<u8>,
     written_ns: Option<i64>,
-    /// Processor time of the latest write.
+    /// CPU time of the latest write, ns.
     write_ns: u64,
 }
 
-/// Present state of a joint.
+/// Current state of a joint.
 pub(super) struct Joint {
     pub(super) wired: WiredJoint,
     slots: Slots,
     pub(super) present: Present,
-    /// Error reported by its latest answer.
+    /// Error reported in the servo's latest answer.
     error: u8,
     pub(super) has_torque: bool,
     /// Last goal sent, rad.
@@ -53,13 +53,14 @@ pub(super) struct Joint {
     /// Zero recorded for the next calibration, counts.
     pub(super) zero: Option<f64>,
     pub(super) ends: Option<(f64, f64)>,
-    /// Counts of the previous reading, while ends are recorded.
+    /// Counts at the previous reading, while range ends are being recorded.
     pub(super) last: f64,
-    /// Counts before and after the seam of its encoder, if the joint was moved across it while ends were recorded.
+    /// Counts before and after the wrap-around of the joint's encoder, if the joint was moved across it while range ends were being
+    /// recorded.
     pub(super) seam: Option<(f64, f64)>,
 }
 
-/// Slots of the values of a joint.
+/// Slots of one joint.
 struct Slots {
     position: Slot,
     velocity: Slot,
@@ -98,13 +99,13 @@ impl Servos {
         (Box::new(driver), json!({ "parts": parts }))
     }
 
-    /// Makes an error about a joint.
+    /// Creates an error about a joint.
     pub(super) fn wrong(&self, joint: usize, what: &str) -> DeviceError {
         let WiredJoint { name, id, .. } = &self.joints[joint].wired;
         DeviceError { message: format!("servo '{name}' (id {id}) on {} {what}", self.port) }
     }
 
-    /// Returns the error of a failure of the line.
+    /// Returns the error for a failure of the line.
     pub(super) fn gone(&self, why: &std::io::Error) -> DeviceError {
         DeviceError { message: format!("{}: {why}; plug its adapter in again, then reset() and enable()", self.port) }
     }
@@ -113,7 +114,7 @@ impl Servos {
         self.bus.as_mut().ok_or_else(|| DeviceError { message: "it is not open".to_owned() })
     }
 
-    /// Reads all servos, and repeats the request for those that did not answer.
+    /// Reads all servos, and repeats the request for those that have not answered.
     fn exchange(&mut self) -> Result<(), DeviceError> {
         let Servos { bus: Some(bus), joints, protocol, map, ids, done, .. } = self else { return self.line().map(|_| ()) };
         let mut refused = None;
@@ -134,7 +135,7 @@ impl Servos {
         (0..self.joints.len()).try_for_each(|joint| self.heed(joint))
     }
 
-    /// Checks the error reported by a servo; fails if it is grave.
+    /// Checks the error reported by a servo; fails if it is critical.
     fn heed(&mut self, joint: usize) -> Result<(), DeviceError> {
         if self.joints[joint].error == 0 {
             return Ok(());
@@ -194,7 +195,7 @@ impl Servos {
         Ok(())
     }
 
-    /// Sends the goals of the joints with torque, none farther from the last than the maximum speed allows.
+    /// Sends the goals of the joints with torque on, none farther from the previous goal than the maximum speed allows.
     fn goals(&mut self, span_s: f64, commands: &[u8]) -> Result<(), DeviceError> {
         self.rows.clear();
         let step = self.max_speed * span_s;
@@ -321,7 +322,7 @@ impl Joint {
     }
 }
 
-/// Returns the processor time of this thread, ns.
+/// Returns the CPU time of this thread, ns.
 fn processor_ns() -> u64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: the argument is one `timespec` that is alive.

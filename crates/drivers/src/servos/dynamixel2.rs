@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Frames of the Dynamixel protocol 2.0: `ff ff fd 00 id length(2) word … crc(2)`. If the header would occur after the length, a byte
+//! Frames of the Dynamixel protocol 2.0: `ff ff fd 00 id length(2) word … crc(2)`. If the header sequence occurs after the length, a byte
 //! `fd` is stuffed after it. The word of an answer is 0x55, followed by its error.
 use super::frame::{Answer, Ask, BROADCAST, FRAME_MAX, Frame, FrameScan, ID_MAX};
 
 const HEAD: [u8; 4] = [0xff, 0xff, 0xfd, 0x00];
 /// Byte sequence after which a byte is stuffed.
 const STUFFED: [u8; 3] = [0xff, 0xff, 0xfd];
-/// Number of bytes before the word: the header, the id, the length.
+/// Number of bytes before the word: the header, the ID, the length.
 const BEFORE: usize = 7;
 const ANSWER: u8 = 0x55;
 /// Polynomial x^16 + x^15 + x^2 + 1.
@@ -29,7 +29,7 @@ const fn table() -> [u16; 256] {
     table
 }
 
-/// Returns the CRC-16 over a frame without its last two bytes.
+/// Computes the CRC-16 over a frame without its last two bytes.
 pub(super) fn crc(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0, |crc, byte| (crc << 8) ^ CRC[usize::from((crc >> 8) ^ u16::from(*byte))])
 }
@@ -71,7 +71,7 @@ pub(super) fn write(frame: &mut Frame, id: u8, ask: Ask<'_>) -> bool {
     true
 }
 
-/// Writer of the bytes after the length of a frame.
+/// Writer for the bytes after the length of a frame, with byte stuffing.
 struct Stuffing<'a> {
     frame: &'a mut Frame,
     last: [u8; 2],
@@ -116,7 +116,7 @@ pub(super) fn take<'a>(bytes: &'a [u8], scratch: &'a mut [u8; FRAME_MAX]) -> Fra
     }
 }
 
-/// Copies bytes without stuffing, and returns their number.
+/// Copies bytes with the stuffing removed, and returns their number.
 fn unstuff(from: &[u8], to: &mut [u8; FRAME_MAX]) -> usize {
     let (mut len, mut last, mut is_stuffed) = (0, [0; 2], false);
     for byte in from {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Common form of the two protocols of serial servos: a host requests, a servo answers, and each frame contains its length.
+//! Common format of the two protocols of serial servos: a host requests, a servo answers, and each frame contains its length.
 
 /// Maximum length of a frame of either protocol.
 pub(super) const FRAME_MAX: usize = 512;
-/// Id that addresses all servos; none of them answers.
+/// ID that addresses all servos; none of them answers.
 pub(super) const BROADCAST: u8 = 0xfe;
-/// Maximum id of a servo.
+/// Maximum ID of a servo.
 pub(super) const ID_MAX: u8 = 0xfc;
 
 /// Request to a servo. Addresses are those of a servo's registers.
@@ -20,13 +20,13 @@ pub(super) enum Ask<'a> {
         address: u16,
         bytes: &'a [u8],
     },
-    /// Reads from several servos: each answers with its own frame, in this order.
+    /// Reads from several servos; each answers with its own frame, in this order.
     SyncRead {
         address: u16,
         len: u16,
         ids: &'a [u8],
     },
-    /// Writes to several servos, without an answer. `rows` has an id and `len` bytes for each servo.
+    /// Writes to several servos, without an answer. `rows` contains an ID and `len` bytes for each servo.
     SyncWrite {
         address: u16,
         len: u16,
@@ -40,7 +40,7 @@ pub(super) enum Ask<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Answer<'a> {
     pub(super) id: u8,
-    /// Error field of the protocol: bits of Feetech, a number and an alert bit of Dynamixel.
+    /// Error field of the protocol: error bits for Feetech, a number and an alert bit for Dynamixel.
     pub(super) error: u8,
     pub(super) bytes: &'a [u8],
 }
@@ -48,17 +48,17 @@ pub(super) struct Answer<'a> {
 /// Result of parsing the first bytes of a buffer.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum FrameScan<'a> {
-    /// An answer of this number of bytes; `None`: a frame that is not an answer.
+    /// A complete frame: its length in bytes, and the answer it contains; `None` if it is not an answer (an echo, for example).
     Frame(usize, Option<Answer<'a>>),
-    /// An incomplete frame.
+    /// The beginning of an incomplete frame.
     Part,
-    /// Number of bytes that do not start a frame.
+    /// Bytes that do not start a frame, with their number.
     Skip(usize),
-    /// A frame whose checksum or length is wrong, and the number of bytes to skip.
+    /// A frame with a wrong checksum or length, with the number of bytes to skip.
     Bad(usize),
 }
 
-/// Bytes of a frame under construction. Nothing is allocated.
+/// A frame under construction. Does not allocate.
 pub(super) struct Frame {
     bytes: [u8; FRAME_MAX],
     len: usize,
@@ -77,19 +77,19 @@ impl Frame {
         self.len = 0;
     }
 
-    /// Appends bytes; those that do not fit are left out, which [`Frame::is_whole`] reports.
+    /// Appends bytes. Bytes that do not fit are dropped; [`Frame::is_whole`] reports this.
     pub(super) fn push(&mut self, bytes: &[u8]) {
         let end = (self.len + bytes.len()).min(FRAME_MAX);
         self.bytes[self.len..end].copy_from_slice(&bytes[..end - self.len]);
         self.len = end;
     }
 
-    /// Returns true if everything that was appended fits.
+    /// Returns true if all appended bytes fitted.
     pub(super) fn is_whole(&self) -> bool {
         self.len < FRAME_MAX
     }
 
-    /// Overwrites one byte that was appended before.
+    /// Overwrites a byte that was appended earlier.
     pub(super) fn set(&mut self, at: usize, byte: u8) {
         self.bytes[at] = byte;
     }

@@ -5,15 +5,15 @@
 //! |---|---|
 //! | `frame`, `sts`, `dynamixel2` | frames of the two protocols: any bytes may arrive, nothing is allocated |
 //! | `protocol` | common interface of the two |
-//! | `registers` | registers of a servo, and the meaning of their numbers |
-//! | `bus` | one request at a time: its time limit, its echo, its repetition |
-//! | `driver`, `arming`, `watchdog` | the exchange; torque, which is switched on at the present position; the stop of a servo without communication |
-//! | `options`, `calibration` | assignment of servos to joints, zeros and ends |
-//! | `any_bytes` | the entry of a fuzzer |
+//! | `registers` | registers of a servo, and the interpretation of their values |
+//! | `bus` | one request at a time: its time limit, its echo, its retries |
+//! | `driver`, `arming`, `watchdog` | the exchange; torque, which is switched on at the current position; the stop of a servo without communication |
+//! | `options`, `calibration` | assignment of servos to joints, zeros and range ends |
+//! | `any_bytes` | the entry point of a fuzzer |
 //! | `services`, `scan` | registers, calibration and the search, off the cycle |
 //!
-//! These are two kinds and not one with an option: the owner of a bus knows its manufacturer, and ids, baud rates and models are searched
-//! for accordingly.
+//! These are two kinds and not one with an option, because the owner of a bus knows its manufacturer, and the search for IDs, baud rates
+//! and models depends on it.
 pub(crate) mod any_bytes;
 mod arming;
 mod bus;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Options of a bus of servos, and the joints that they define.
+//! Options of a servo bus, and the joints that they define.
 use super::bus::{SERVOS_MAX, Timing};
 use super::calibration::{self, Calibration};
 use super::frame::ID_MAX;
@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Default of the maximum speed of a goal, rad/s.
+/// Default maximum speed of a goal, rad/s.
 const SPEED: f64 = 3.0;
 
 const COMMON: [OptionWord; 8] = [
@@ -43,7 +43,7 @@ const SERVO: [OptionWord; 5] = [
     OptionWord::with_default("zero", Kind::Number, "the middle of a turn", "counts at 0 rad").within(-1e6, 1e6),
 ];
 
-/// Maximum angle in the registers of servos, rad.
+/// Maximum angle that the registers of servos can represent, rad.
 const MANY_TURNS: f64 = 256.0 * TAU;
 
 pub(super) static FEETECH: [OptionWord; 8] = COMMON;
@@ -55,7 +55,7 @@ pub(super) static DYNAMIXEL: [OptionWord; 9] = {
     [port, baud, servos, calibration, max_speed, retries, latency, echo, watchdog]
 };
 
-/// Options that describe the devices on the line; [`timing`] reads the others.
+/// Options that describe the devices on the line; the others are read by [`timing`].
 #[derive(Deserialize)]
 struct Options {
     port: String,
@@ -99,7 +99,7 @@ pub(super) struct WiredJoint {
     /// Range, rad.
     pub(super) min: f64,
     pub(super) max: f64,
-    /// Required offset in the servo itself; `None`: any.
+    /// Required offset in the servo itself; `None` if any is accepted.
     pub(super) homing_offset: Option<i64>,
 }
 
@@ -113,10 +113,10 @@ impl WiredJoint {
     }
 }
 
-/// Default of the maximum delay of adapter and host: FTDI adapters hold received bytes for up to 16 ms.
+/// Default maximum delay of adapter and host. FTDI adapters hold received bytes for up to 16 ms.
 const LATENCY: Duration = Duration::from_millis(20);
 
-/// Returns the timing of the line according to the options.
+/// Returns the timing of the line as set by the options.
 pub(super) fn timing(given: &GivenOptions<'_>, protocol: Protocol) -> Timing {
     let whole = |name: &str| given.value()[name].as_u64();
     let narrow = |name: &str| whole(name).and_then(|value| u32::try_from(value).ok());
@@ -157,12 +157,12 @@ pub(super) fn read(given: &GivenOptions<'_>, protocol: Protocol) -> Result<Servo
     }
 }
 
-/// Returns a time in units of the servo's register; `None` if it cannot be represented.
+/// Converts a time to units of the servo's register; `None` if it cannot be represented.
 fn units(ns: i64) -> Option<u8> {
     u8::try_from(ns / WATCHDOG_UNIT_NS).ok().filter(|units| ns % WATCHDOG_UNIT_NS == 0 && (1..=WATCHDOG_UNITS_MAX).contains(&i64::from(*units)))
 }
 
-/// Returns the joint. The error is the wrong option of the servo, with a dot before it, and the reason.
+/// Returns the joint. The error contains the wrong option of the servo, preceded by a dot, and the reason.
 fn wired(name: &str, servo: &Servo, calibration: &Calibration, protocol: Protocol) -> Result<WiredJoint, (&'static str, String)> {
     let entry = calibration.get(name);
     if entry.is_none() && !calibration.is_empty() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Protocols of serial servos, chosen by the kind of driver.
+//! Protocols of serial servos, selected by the kind of driver.
 use super::frame::{Ask, FRAME_MAX, Frame, FrameScan};
 use super::{dynamixel2, sts};
 
@@ -13,7 +13,7 @@ pub(super) enum Protocol {
 }
 
 impl Protocol {
-    /// Writes a frame; returns false if it does not fit, or the protocol has no such request.
+    /// Writes a frame; returns false if the frame does not fit, or the protocol has no such request.
     pub(super) fn write(self, frame: &mut Frame, id: u8, ask: Ask<'_>) -> bool {
         frame.clear();
         let known = match self {
@@ -23,7 +23,7 @@ impl Protocol {
         known && frame.is_whole()
     }
 
-    /// Parses the frame at the start of a buffer. `scratch` receives its bytes without stuffing.
+    /// Parses the frame at the start of a buffer. `scratch` receives its bytes with the stuffing removed.
     pub(super) fn take<'a>(self, bytes: &'a [u8], scratch: &'a mut [u8; FRAME_MAX]) -> FrameScan<'a> {
         match self {
             Protocol::Sts => sts::take(bytes),
@@ -31,7 +31,7 @@ impl Protocol {
         }
     }
 
-    /// Returns the length of an answer with `len` bytes of data, without stuffing.
+    /// Returns the length of an answer with `len` bytes of data, excluding stuffing.
     pub(super) const fn answer_len(self, len: usize) -> usize {
         match self {
             Protocol::Sts => 6 + len,

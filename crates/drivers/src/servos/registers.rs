@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Registers of a servo, and the meaning of their numbers. Values have the names in the manufacturer's control table.
+//! Registers of a servo, and the interpretation of their values. The names are those in the manufacturer's control table.
 use super::protocol::Protocol;
 use std::f64::consts::TAU;
 
@@ -18,13 +18,13 @@ pub(super) struct Register {
     pub(super) len: u16,
 }
 
-/// Registers that the driver uses, for a kind of servos.
+/// Registers that the driver uses on one type of servo.
 #[derive(Debug)]
 pub(super) struct Map {
     pub(super) model: Register,
     /// Register that determines whether writes are answered.
     pub(super) answers: Register,
-    /// Minimum value of `answers` for which they are.
+    /// Minimum value of `answers` with which writes are answered.
     pub(super) answers_min: u32,
     pub(super) mode: Register,
     /// Modes in which a goal is a position.
@@ -39,9 +39,9 @@ pub(super) struct Map {
     pub(super) watchdog: Option<Register>,
     /// Names of the bits of `error`; an unused bit has an empty name.
     pub(super) errors: [&'static str; 6],
-    /// Bits of errors that stop the servo.
+    /// Bits of `error` that stop the servo.
     pub(super) grave: u8,
-    /// Baud rates to which servos of the kind are set, the manufacturer's default first.
+    /// Baud rates to which servos of this type may be set, the manufacturer's default first.
     pub(super) bauds: &'static [u32],
 }
 
@@ -83,12 +83,12 @@ static DYNAMIXEL: Map = Map {
     bauds: &[57_600, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 115_200, 9_600],
 };
 
-/// Measurement of a model's effort.
+/// Quantity from which a model's effort is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Effort {
     /// Load only, in thousandths of its maximum.
     Load,
-    /// Current only; amperes per count.
+    /// Current only, with the amperes per count.
     Current(f64),
     Both(f64),
 }
@@ -97,7 +97,7 @@ pub(super) enum Effort {
 #[derive(Debug)]
 pub(super) struct Model {
     pub(super) name: &'static str,
-    /// Model number reported by the servo; `None`: any.
+    /// Model number reported by the servo; `None` if any is accepted.
     pub(super) number: Option<u32>,
     pub(super) effort: Effort,
 }
@@ -106,7 +106,7 @@ const fn model(name: &'static str, number: u32, effort: Effort) -> Model {
     Model { name, number: Some(number), effort }
 }
 
-/// Counts per turn, for every model here.
+/// Counts per revolution, for every model here.
 pub(super) const TURN: f64 = 4096.0;
 
 static STS_MODELS: [Model; 3] = [
@@ -133,7 +133,7 @@ pub(super) struct Present {
     pub(super) counts: f64,
     /// Velocity, rad/s, before the direction is applied.
     pub(super) velocity: f64,
-    /// Load; 1 is the maximum.
+    /// Load, as a fraction of the maximum.
     pub(super) load: f64,
     /// Current, counts.
     pub(super) current: f64,
@@ -153,7 +153,7 @@ impl Map {
         }
     }
 
-    /// Returns the joined names of error bits.
+    /// Returns the names of the set error bits, joined.
     pub(super) fn named(&self, bits: u8) -> String {
         let names = self.errors.iter().enumerate().filter(|(bit, name)| bits & (1 << bit) != 0 && !name.is_empty());
         names.map(|(_, name)| *name).collect::<Vec<_>>().join(" and ")
@@ -168,25 +168,25 @@ impl Model {
         }
     }
 
-    /// Returns the name of a servo with that model number.
+    /// Returns the name of the servo model with that number.
     pub(super) fn called(protocol: Protocol, number: u32) -> &'static str {
         let all = Model::all(protocol);
         all.iter().find(|model| model.number == Some(number)).or(all.last()).map_or("", |model| model.name)
     }
 }
 
-/// Returns a number of up to four bytes, lowest first.
+/// Decodes a little-endian number of up to four bytes.
 pub(super) fn whole(bytes: &[u8]) -> u32 {
     bytes.iter().take(4).rev().fold(0, |number, byte| number << 8 | u32::from(*byte))
 }
 
-/// Returns a number whose bit `bit` is its sign.
+/// Decodes a sign-magnitude number whose sign is bit `bit`.
 fn signed_by(bit: u32, number: u32) -> f64 {
     let size = f64::from(number & ((1 << bit) - 1));
     if number & (1 << bit) == 0 { size } else { -size }
 }
 
-/// Returns a number of two bytes in two's complement.
+/// Decodes a two-byte number in two's complement.
 fn short(bytes: &[u8]) -> f64 {
     f64::from(whole(bytes) as u16 as i16)
 }
@@ -218,7 +218,7 @@ impl Protocol {
         })
     }
 
-    /// Returns a position in the format of the goal register; the first `Map::goal.len` bytes count.
+    /// Converts a position to the format of the goal register; only the first `Map::goal.len` bytes are used.
     pub(super) fn goal(self, counts: f64) -> [u8; 4] {
         let counts = counts.round().clamp(-1_048_575.0, 1_048_575.0) as i32;
         match self {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Search for servos: every id at every baud rate, on one line or on all lines of this machine.
+//! Search for servos: tries every ID at every baud rate, on one line or on all lines of this machine.
 use super::bus::{Bus, Count};
 use super::frame::ID_MAX;
 use super::options;
@@ -9,8 +9,8 @@ use device::{Counters, DriverError, FoundDevice, GivenOptions};
 use serde_json::{Map as Table, Value, json};
 use std::sync::Arc;
 
-/// Searches the line in the options, else every line that has an adapter; at the baud rate in the options, else at each rate that servos
-/// can have. A missing id costs the latency of the adapter: 253 of them take 5 s, at the 20 ms of an FTDI adapter.
+/// Searches the line given in the options, otherwise every line with an adapter, at the baud rate given in the options, otherwise at each
+/// rate that servos can have. A missing ID costs the latency of the adapter: 253 of them take 5 s, at the 20 ms of an FTDI adapter.
 pub(super) fn scan(given: &GivenOptions<'_>, protocol: Protocol) -> Result<Vec<FoundDevice>, DriverError> {
     let mut timing = options::timing(given, protocol);
     timing.retries = 0;
@@ -30,7 +30,7 @@ pub(super) fn scan(given: &GivenOptions<'_>, protocol: Protocol) -> Result<Vec<F
     Ok(found)
 }
 
-/// Returns the lines with an adapter.
+/// Returns the lines to which an adapter is connected.
 fn adapters() -> Vec<String> {
     let files = std::fs::read_dir("/dev").into_iter().flatten().flatten();
     let names = files.filter_map(|file| file.file_name().into_string().ok()).filter(|name| name.starts_with("ttyUSB") || name.starts_with("ttyACM"));
@@ -39,7 +39,7 @@ fn adapters() -> Vec<String> {
     ports
 }
 
-/// Returns the ids and their model numbers.
+/// Returns the IDs of the servos on the bus, with their model numbers.
 fn present(bus: &mut Bus) -> std::io::Result<Vec<(u8, u32)>> {
     let model = Map::of(bus.protocol).model;
     let mut servos = Vec::new();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services of a bus of servos off its cycle. A caller leaves a request, which the exchanging thread carries out between two exchanges:
-//! the line has one speaker.
+//! Services of a servo bus off its cycle. A caller leaves a request, which the exchanging thread carries out between two exchanges,
+//! because the line can have only one transmitter.
 use super::calibration::{self, Calibration};
 use device::{DeviceError, Kind, OptionWord, Reach, ServiceWord, Services};
 use serde_json::Value;
@@ -9,7 +9,7 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// Time limit for a request to wait for an exchange, and for its execution there.
+/// Time limit for a request to be taken by the exchanging thread and carried out there.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 const SERVO: OptionWord = OptionWord::needed("servo", Kind::Text, "name of the joint");
@@ -69,12 +69,12 @@ impl Request {
 #[derive(Default)]
 pub(super) struct Desk {
     place: Mutex<Option<Request>>,
-    /// One caller at a time.
+    /// Lock that is held by the caller whose turn it is.
     turn: Mutex<()>,
 }
 
 impl Desk {
-    /// Returns the request, if there is one, without waiting.
+    /// Takes the request, if there is one, without waiting.
     pub(super) fn take(&self) -> Option<Request> {
         self.place.try_lock().ok().and_then(|mut place| place.take())
     }

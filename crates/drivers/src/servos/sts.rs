@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Frames of Feetech's STS servos: `ff ff id length word … sum`, where `length` counts the bytes after it and `sum` is the complement of
-//! the sum of all bytes from the id on. In an answer the word is a set of error bits.
+//! the sum of all bytes from the ID on. In an answer, the word is a set of error bits.
 use super::frame::{Answer, Ask, BROADCAST, Frame, FrameScan};
 
 const HEAD: u8 = 0xff;
-/// Number of bytes before the word: two header bytes, the id, the length.
+/// Number of bytes before the word: two header bytes, the ID, the length.
 const BEFORE: usize = 4;
 
-/// Returns the checksum of a frame, from the bytes between header and checksum.
+/// Computes the checksum of a frame from the bytes between header and checksum.
 fn sum(bytes: &[u8]) -> u8 {
     !bytes.iter().fold(0u8, |sum, byte| sum.wrapping_add(*byte))
 }

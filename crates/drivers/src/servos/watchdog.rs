@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Watchdog inside a servo: with its torque on and no request on the bus for that time, it stands still and takes no goals. A frame with
-//! goals has no answer, so the register is read, for one servo in each exchange.
+//! Watchdog inside a servo: if its torque is on and there has been no request on the bus for the timeout, the servo stops and accepts no
+//! goals. A frame with goals has no answer, so the register is read, for one servo in each exchange.
 use super::driver::Servos;
 use super::registers::{Register, WATCHDOG_UNIT_NS};
 use device::DeviceError;
@@ -13,7 +13,7 @@ impl Servos {
         self.map.watchdog.zip(self.watchdog)
     }
 
-    /// Clears the stop of a servo by its watchdog.
+    /// Clears the stop that a servo's watchdog has caused.
     pub(super) fn forget_watchdog(&mut self, joint: usize) -> Result<(), DeviceError> {
         self.watched().map_or(Ok(()), |(register, _)| self.store(joint, register, &[0]))
     }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Arbitrary bytes from a device that speaks in lines of text, for fuzzers: nothing panics, each step advances, and no text is taken in
-//! part.
+//! Arbitrary bytes from a device that communicates in lines of text, for fuzzers: parsing never panics, each step advances, and no text
+//! is accepted partially.
 use super::fields::declared;
 use super::frame::{Checksum, ChecksumForm, FRAME_MAX, Framing, ScannedFrame, Sum};
 use super::pattern::Pattern;
@@ -8,7 +8,7 @@ use device::Slot;
 use serde_json::{Value, json};
 use std::sync::LazyLock;
 
-/// Length in bytes of the fields of [`PATTERNS`]: a number, a word, letters, a hexadecimal number.
+/// Total length in bytes of the fields of [`PATTERNS`]: a number, a word, letters, a hexadecimal number.
 const READINGS: usize = 32;
 
 static FRAMINGS: LazyLock<Vec<Framing>> = LazyLock::new(|| {
@@ -39,7 +39,7 @@ static PATTERNS: LazyLock<Vec<Pattern>> = LazyLock::new(|| {
     texts.iter().map(|text| Pattern::parse(text, of).expect("it is right")).collect()
 });
 
-/// Parses bytes; the first selects the framing of texts.
+/// Parses bytes; the first one selects the framing of texts.
 pub fn text(bytes: &[u8]) {
     let Some((which, mut rest)) = bytes.split_first() else { return };
     let framing = &FRAMINGS[usize::from(*which) % FRAMINGS.len()];

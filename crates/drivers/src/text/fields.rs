@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fields of a text: numbers, words for true or false, letters.
+//! Fields of a text: numbers, words for true or false, strings.
 use device::{Channel, Kind, Number, OptionWord, Slot, Type};
 use serde::Deserialize;
 use serde_json::Value;
@@ -31,14 +31,14 @@ struct FieldOptions {
     doc: String,
 }
 
-/// Form of a field.
+/// Format of a field.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Form {
-    /// `value = scale * number + offset`, a double.
+    /// `value = scale * number + offset`, as a double.
     Number { base: u32, scale: f64, offset: f64, decimals: Option<usize> },
     /// True if this word is present.
     When(Vec<u8>),
-    /// Letters, padded with zeros.
+    /// String, padded with zeros.
     Text,
 }
 
@@ -54,7 +54,7 @@ pub(super) struct Field {
 /// Maximum length of the text of a channel.
 const TEXT_MAX: usize = 256;
 
-/// Returns the channel of a field and its form; the layout assigns its slot.
+/// Returns the channel and the format of a field; the layout assigns its slot.
 ///
 /// # Errors
 /// Returns a message.
@@ -120,7 +120,7 @@ impl Field {
         (count > 0 && at - begins <= 40).then_some(at)
     }
 
-    /// Returns true if a part of a text fits into the channel.
+    /// Returns true if a part of a text fits into the channel of the field.
     pub(super) fn fits(&self, part: &[u8]) -> bool {
         match self.form {
             Form::Text => part.len() <= self.slot.len,
@@ -164,7 +164,7 @@ impl Field {
     }
 }
 
-/// Parses the number in a part, with leading spaces and sign. Nothing is allocated: a number has at most 40 bytes.
+/// Parses the number in a part, with leading spaces and a sign. Does not allocate, because a number has at most 40 bytes.
 fn parsed(part: &[u8], base: u32) -> Option<f64> {
     let part = part.trim_ascii();
     let (sign, digits) = match part.split_first() {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Finds frames of text in received bytes, and checks that they are complete.
+//! Finds frames of text in received bytes, and checks that they are complete and undamaged.
 //!
-//! Nothing here allocates or panics, whatever the bytes are.
+//! No function here allocates or panics, whatever the bytes are.
 use serde::Deserialize;
 
 /// Maximum length of a frame, including its marks and checksum.
 pub(super) const FRAME_MAX: usize = 1024;
 
-/// Kind of a checksum, over the text alone.
+/// Kind of checksum, computed over the text alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Sum {
@@ -49,7 +49,7 @@ impl Checksum {
         })
     }
 
-    /// Returns the text before the checksum; `None` if the checksum is wrong.
+    /// Returns the text before the checksum; `None` if the checksum does not match.
     fn checked<'a>(&self, body: &'a [u8]) -> Option<&'a [u8]> {
         let (text, tail) = body.split_at_checked(body.len().checked_sub(self.len())?)?;
         let sum = match tail.strip_prefix(&self.mark[..])? {
@@ -78,22 +78,22 @@ fn hex(digit: u8) -> Option<u8> {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Framing {
     pub start: Vec<u8>,
-    /// Length in bytes of the text with its checksum; `None`: up to the end mark.
+    /// Length in bytes of the text with its checksum; `None` if the text ends at the end mark.
     pub length: Option<usize>,
     pub end: Vec<u8>,
     pub checksum: Option<Checksum>,
 }
 
-/// Frame at the start of the bytes.
+/// Result of scanning the start of the bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum ScannedFrame<'a> {
     /// The frame is incomplete.
     Wait,
-    /// Number of bytes that do not belong to a frame: noise between frames.
+    /// Noise between frames: number of bytes that do not belong to a frame.
     Noise(usize),
-    /// Number of bytes of a damaged frame.
+    /// Damaged frame, with its number of bytes.
     Damaged(usize),
-    /// Number of bytes at the start of a frame that is too long; its rest, up to its end mark, is to be skipped.
+    /// Start of a frame that is too long, with its number of bytes; the rest, up to the end mark, must be skipped.
     TooLong(usize),
     /// A text, and the length of its frame.
     Frame(&'a [u8], usize),
@@ -122,8 +122,8 @@ impl Framing {
         }
     }
 
-    /// Returns the text in a body, without its checksum; `None` if the checksum is wrong. If a line feed ends a frame, carriage returns
-    /// before it belong to neither.
+    /// Returns the text in a body, without its checksum; `None` if the checksum does not match. If a line feed ends a frame, carriage
+    /// returns before it belong neither to the text nor to the checksum.
     fn text<'a>(&self, body: &'a [u8]) -> Option<&'a [u8]> {
         let (is_line, returns) = (self.end == b"\n", body.iter().rev().take_while(|byte| **byte == b'\r').count());
         match &self.checksum {
@@ -133,8 +133,8 @@ impl Framing {
         }
     }
 
-    /// Returns the number of bytes that belong to the rest of a frame that is too long, and whether its end is among them. A possible
-    /// start of its end mark is left for the next call.
+    /// Returns the number of bytes that belong to the rest of a frame that is too long, and true if its end is among them. A possible
+    /// beginning of the end mark is left for the next call.
     pub(super) fn skip(&self, bytes: &[u8]) -> (usize, bool) {
         let marks = self.end.len().max(1);
         match bytes.windows(marks).position(|window| window == &self.end[..]) {
@@ -146,7 +146,7 @@ impl Framing {
         }
     }
 
-    /// Returns text and checksum; `None` if incomplete; an error if the end mark is not in the right place.
+    /// Returns the text and checksum; `None` if they are incomplete, an error if the end mark is not in the right place.
     fn body<'a>(&self, begins: &'a [u8]) -> Option<Result<&'a [u8], ()>> {
         match self.length {
             Some(length) => {
@@ -161,7 +161,7 @@ impl Framing {
         }
     }
 
-    /// Returns a complete frame around a text.
+    /// Encloses a text in a complete frame.
     pub(super) fn framed(&self, text: &[u8]) -> Vec<u8> {
         let mut frame = self.start.clone();
         frame.extend_from_slice(text);

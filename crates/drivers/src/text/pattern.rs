@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Pattern of a text: in `"ST,{weight} kg"` letters stand for themselves, and fields between braces are channels.
+//! Pattern of a text: in `"ST,{weight} kg"`, literal text stands for itself, and fields between braces are channels.
 //!
 //! The functions for received text neither allocate nor panic.
 use super::fields::{Field, Form};
@@ -14,9 +14,9 @@ pub(super) struct Pattern {
 #[derive(Clone, Debug, PartialEq)]
 enum Piece {
     Literal(Vec<u8>),
-    /// Field of this index.
+    /// Field with this index.
     Field(usize),
-    /// Any text, up to the next piece: `{}`.
+    /// Any text up to the next piece, written `{}`.
     Any,
 }
 
@@ -59,7 +59,7 @@ fn parts<'a>(text: &'a str, mut found: impl FnMut(Part<'a>)) -> Result<(), Strin
 }
 
 impl Pattern {
-    /// Parses a pattern. `of` returns the field of a name.
+    /// Parses a pattern. `of` returns the field for a name.
     ///
     /// # Errors
     /// Returns a message for unmatched braces, or for two adjacent fields without a clear boundary.
@@ -88,7 +88,7 @@ impl Pattern {
         }
     }
 
-    /// Returns true if a text matches this pattern; only then its values are stored into `readings`.
+    /// Returns true if a text matches this pattern; only then are its values stored in `readings`.
     pub(super) fn take(&self, text: &[u8], readings: &mut [u8]) -> bool {
         let is_of = self.each(text, |_, _| {});
         is_of && self.each(text, |field, part| field.store(part, readings))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Driver of a device that speaks in texts.
+//! Driver of a device that communicates in texts.
 use super::frame::{FRAME_MAX, Framing, ScannedFrame};
 use super::pattern::Order;
 use crate::stream::{Address, Stream};
@@ -82,12 +82,12 @@ pub(super) struct Talker {
     channels: Vec<Channel>,
     line: Arc<Line>,
     reads: Vec<Order>,
-    /// Orders to send, each with the text that was last sent.
+    /// Orders to be sent, each with the text that was sent last.
     writes: Vec<(Order, Option<Vec<u8>>)>,
     asks: Option<Vec<u8>>,
     answer: Duration,
     silent_ns: Option<i64>,
-    /// Release of the firing in which the device last sent something; `None` if nothing was read since opening.
+    /// Release time of the firing in which the device last sent something, ns; `None` if nothing has been received since opening.
     heard_ns: Option<i64>,
     came: [u8; FRAME_MAX],
     filled: usize,
@@ -119,18 +119,18 @@ impl Talker {
         }
     }
 
-    /// Makes a talker for a device that sends only on request.
+    /// Configures the talker for a device that sends only on request.
     pub(super) fn asking(self, asks: Option<Vec<u8>>, answer: Duration) -> Talker {
         Talker { asks, answer, ..self }
     }
 
-    /// Sets the silence after which the device counts as lost.
+    /// Sets the duration of silence after which the device counts as lost.
     pub(super) fn silent(self, silent_ns: Option<i64>) -> Talker {
         Talker { silent_ns, ..self }
     }
 
-    /// Takes all received bytes; then waits for a declared text until the deadline. Ends soon after the deadline even if the device is
-    /// never silent.
+    /// Processes all received bytes, then waits for a declared text until the deadline. Ends soon after the deadline even if the device
+    /// never stops sending.
     fn hear(&mut self, deadline: Instant, release_ns: i64) -> Result<bool, DeviceError> {
         let mut heard = false;
         loop {
@@ -150,7 +150,7 @@ impl Talker {
         }
     }
 
-    /// Takes the complete frames; returns true if one of them was declared.
+    /// Processes the complete frames; returns true if one of them contained a declared text.
     fn take(&mut self) -> bool {
         let (mut at, mut heard) = (0, false);
         loop {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Arbitrary bytes in place of a controller's messages, for fuzzers: nothing panics, and the numbers of a sample are finite.
+//! Arbitrary bytes in place of a controller's messages, for fuzzers: parsing never panics, and the numbers of a sample are finite.
 use super::rtde::{Message, decode};
 use super::sample::Sample;
 

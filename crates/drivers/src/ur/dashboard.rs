@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Dashboard of a controller: one line per request, one line per answer. It is never called on the cycle.
+//! Dashboard of a controller, with one line per request and one line per answer. It is never called on the cycle.
 use device::{DeviceError, Kind, ServiceWord, Services};
 use forks::Device;
 use serde_json::Value;
@@ -7,9 +7,9 @@ use std::io::{BufRead, BufReader, Error, ErrorKind, Read, Result, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::Duration;
 
-/// Port of a controller's dashboard.
+/// Dashboard port of the controller.
 pub(super) const PORT: u16 = 29999;
-/// Time limit for a response.
+/// Time limit for an answer.
 const WITHIN: Duration = Duration::from_secs(5);
 /// Maximum length of an answer.
 const LINE_LEN_MAX: u64 = 4096;
@@ -19,7 +19,7 @@ pub(super) struct Dashboard {
 }
 
 impl Dashboard {
-    /// Connects to the dashboard. `within` is the time limit of each answer, and of the connection.
+    /// Connects to the dashboard. `within` is the time limit for the connection and for each answer.
     pub fn connect(to: SocketAddr, within: Duration) -> Result<Dashboard> {
         // A timeout of 0 would mean none.
         let within = within.clamp(Duration::from_millis(1), WITHIN);
@@ -92,7 +92,7 @@ mod tests {
     use std::net::TcpListener;
     use std::thread::JoinHandle;
 
-    /// Makes a dashboard that answers each command with the same line. Its thread returns the commands.
+    /// Creates a dashboard that answers each command with the same line. Its thread returns the commands.
     fn dashboard(answer: &'static str) -> (Panel, JoinHandle<Vec<String>>) {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let to = listener.local_addr().unwrap();

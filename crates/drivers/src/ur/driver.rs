@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Exchange of the newest package received for one sent.
+//! Exchange with the controller: takes the newest package received, and sends one in return.
 use super::dashboard::Panel;
 use super::link::LinkError;
 use super::options::Options;
@@ -14,9 +14,9 @@ use std::sync::Arc;
 
 const NAMES: [&str; JOINTS] = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"];
 const HOME: [f64; JOINTS] = [0.0, -FRAC_PI_2, 0.0, -FRAC_PI_2, 0.0, 0.0];
-/// Digital inputs and outputs of the control box.
+/// Number of digital inputs, and of digital outputs, of the control box.
 const DIGITAL: usize = 8;
-/// Maximum time for which a late goal may move, ns.
+/// Maximum time counted for the motion of a late goal, ns.
 const SPAN_NS_MAX: i64 = 2 * CYCLE_NS;
 
 device::counters! {
@@ -53,13 +53,13 @@ pub(super) struct Ur {
     session: Option<Session>,
     /// True if nothing has been read since opening.
     is_new: bool,
-    /// True if a package has been received for which none was sent.
+    /// True if a package has been received for which no package has been sent yet.
     fresh: bool,
-    /// Release of the firing that took the newest package.
+    /// Release time of the firing that took the newest package, ns.
     taken_ns: i64,
-    /// Release of the firing that sent the newest package.
+    /// Release time of the firing that sent the newest package, ns.
     sent_ns: i64,
-    /// Digital outputs that have ever been commanded.
+    /// Bit mask of the digital outputs that have been commanded at any time.
     commanded: u8,
 }
 
@@ -83,7 +83,8 @@ impl Ur {
         (Ur { options, address, channels, slots, counters, panel, session: None, is_new: false, fresh: false, taken_ns: 0, sent_ns: 0, commanded: 0 }, parts)
     }
 
-    /// Sends the next goals, no farther from the previous ones than the maximum speed allows. The arm rests if no joint is commanded.
+    /// Sends the next goals, no farther from the previous ones than the maximum speed allows. The arm is at rest if no joint is
+    /// commanded.
     fn tell(&mut self, span_ns: i64, commands: &[u8], engaged: &[bool]) {
         let Some(session) = &mut self.session else { return };
         let goal = |i: usize| Some(self.slots.goals[i].double(commands, 0)).filter(|goal| engaged[i] && goal.is_finite());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Connection of RTDE: waits only on request, and allocates nothing after construction.
+//! RTDE connection: blocks only on request, and allocates nothing after construction.
 use super::rtde::{self, MalformedMessage, Message};
 use crate::serial::wait;
 use forks::Device;
@@ -8,9 +8,9 @@ use std::net::{SocketAddr, TcpStream};
 use std::os::fd::AsFd;
 use std::time::{Duration, Instant};
 
-/// Length of the longest message, plus room for the start of the next.
+/// Length of the longest message, plus space for the start of the next.
 const INPUT_LEN: usize = 2 << 16;
-/// Maximum number of fetches of received bytes in one call: a controller that floods cannot block the caller.
+/// Maximum number of times that one call fetches received bytes, so that a controller that floods the connection cannot block the caller.
 const FETCHES_MAX: usize = 4;
 
 /// Reason why a connection has failed.
@@ -28,7 +28,7 @@ pub(super) struct Link {
     stream: Device<TcpStream>,
     input: Box<[u8]>,
     filled: usize,
-    /// Rest of a package that the connection has not accepted yet; a package is always completed.
+    /// Rest of a package that the connection has not accepted yet, because a package is always sent completely.
     unsent: Vec<u8>,
 }
 

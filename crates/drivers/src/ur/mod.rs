@@ -1,20 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Arms of Universal Robots, e-series and later, over RTDE: the joints take positions, 500 times a second.
+//! Arms of Universal Robots, e-series and later, over RTDE: the joints take positions, 500 times per second.
 //!
 //! | module | |
 //! |---|---|
 //! | `rtde`, `sample` | the messages of RTDE, and the values in them |
-//! | `link` | the connection, which never waits on the cycle |
-//! | `script` | the program that follows on the controller, and stops the arm when no goal arrives |
+//! | `link` | the connection, which never blocks on the cycle |
+//! | `script` | the program on the controller, which follows goals and stops the arm when none arrives |
 //! | `dashboard` | requests off the cycle: remote control, power, the release of a protective stop |
 //! | `states` | reasons why an arm does not follow, as messages |
-//! | `session` | bringing an arm to follow |
-//! | `options` | connection to the controller, and manner of following |
+//! | `session` | start-up of an arm until it follows |
+//! | `options` | connection to the controller, and parameters of following |
 //! | `driver` | the exchange |
-//! | `any_bytes` | the entry of a fuzzer |
+//! | `any_bytes` | the entry point of a fuzzer |
 //!
-//! The driver is inline. Each firing takes the newest received package and sends one for it, so it may fire more often than the
-//! controller. In lockstep a firing waits for the package that is due: virtual time then passes as the controller's does.
+//! The driver is inline. Each firing takes the newest received package and sends one in return, so the driver may fire more often than
+//! the controller. In lockstep, a firing waits for the package that is due, so that virtual time elapses as the controller's does.
 pub(crate) mod any_bytes;
 mod dashboard;
 mod driver;
@@ -44,7 +44,7 @@ pub(crate) static DRIVER: Declaration = Declaration {
     ..Declaration::new("ur", "an arm of Universal Robots (e-series and later) over RTDE, commanded by positions", &OPTIONS, open)
 };
 
-/// Makes the driver; it connects to the controller when it is opened.
+/// Creates the driver, which connects to the controller when it is opened.
 fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     let address = address(&options.host).ok_or_else(|| given.wrong("host", format!("'{}' is neither an address nor the name of a host", options.host)))?;
@@ -56,7 +56,7 @@ fn address(host: &str) -> Option<IpAddr> {
     (host, 0).to_socket_addrs().ok()?.map(|of: SocketAddr| of.ip()).min_by_key(IpAddr::is_ipv6)
 }
 
-/// Returns the driver for the virtual clock: a firing waits for the controller, however fast that is.
+/// Returns the driver for the virtual clock, in which a firing waits for the controller, however fast it is.
 fn in_lockstep(options: &Value) -> Option<(String, Value)> {
     let mut options = options.clone();
     options.as_object_mut()?.insert("lockstep".to_owned(), Value::Bool(true));

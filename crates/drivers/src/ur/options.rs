@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Options of an arm of Universal Robots: connection to the controller, and manner of following.
+//! Options of a Universal Robots arm: connection to the controller, and parameters of following.
 use super::{dashboard, rtde};
 use device::{Kind, OptionWord};
 use serde::Deserialize;
 
 pub(super) const WAIT_NS: i64 = 10_000_000_000;
-/// Default of the maximum time with `power_on`.
+/// Default for the maximum waiting time with `power_on`.
 const WAIT_FOR_POWER_NS: i64 = 70_000_000_000;
 pub(super) const SILENCE_NS: i64 = 100_000_000;
 const TIMEOUT_NS: i64 = 40_000_000;
@@ -72,7 +72,7 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Returns the maximum time until the arm follows, ns.
+    /// Returns the maximum time to wait until the arm follows, ns.
     pub(super) fn wait_ns(&self) -> i64 {
         self.wait_ns.unwrap_or(if self.power_on { WAIT_FOR_POWER_NS } else { WAIT_NS })
     }

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages of RTDE, protocol version 2: a length, a kind, and contents that depend on the kind, all numbers with their high byte first.
+//! RTDE messages, protocol version 2: a length, a message type, and a payload that depends on the type. All numbers are big-endian.
 //!
-//! Whatever bytes are received, decoding ends in a message or in [`MalformedMessage`]; neither allocates.
+//! Decoding never panics or allocates: any input yields either a message or [`MalformedMessage`].
 
-/// Port of a controller's RTDE.
+/// RTDE port of the controller.
 pub(super) const PORT: u16 = 30004;
 pub(super) const PROTOCOL: u16 = 2;
 const HEADER_LEN: usize = 3;
 
-/// Kinds of messages.
+/// Message types.
 pub(super) mod kind {
     pub const VERSION: u8 = b'V';
     pub const CONTROLLER: u8 = b'v';
@@ -23,7 +23,7 @@ pub(super) mod kind {
 /// Message of a controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Message<'a> {
-    /// True if the controller supports the requested version.
+    /// Answer to the request for a protocol version: true if the controller supports it.
     Version(bool),
     /// Version of the controller: major, minor, bug fix, build.
     Controller([u32; 4]),
@@ -100,13 +100,13 @@ fn message(kind: u8, contents: &[u8]) -> Result<Message<'_>, MalformedMessage> {
     }
 }
 
-/// Makes a request.
+/// Creates a request.
 pub(super) fn request(kind: u8, contents: &[u8]) -> Vec<u8> {
     let len = u16::try_from(HEADER_LEN + contents.len()).expect("requests are lists of some names");
     [&len.to_be_bytes()[..], &[kind], contents].concat()
 }
 
-/// Values of a data package, read one after another; zero after their end, as the caller has checked their length.
+/// Values of a data package, read in sequence. Reads past the end return zero, because the caller has checked the length.
 pub(super) struct Fields<'a>(pub &'a [u8]);
 
 impl Fields<'_> {

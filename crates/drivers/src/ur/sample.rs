@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Readings of a controller in each cycle, and its inputs.
+//! Readings of a controller in each cycle, and inputs to it.
 use super::rtde::{self, Fields};
 
-/// Number of joints of its arms.
+/// Number of joints of a controller's arm.
 pub(super) const JOINTS: usize = 6;
 
 /// Requested outputs: name, type. [`Sample::decode`] reads them in this order.
@@ -23,7 +23,7 @@ pub(super) const OUTPUTS: [(&str, &str); 13] = [
 ];
 const VALUES_LEN: usize = 8 + 3 * 48 + 3 * 4 + 8 + 2 * 8 + 2 * 8 + 4;
 
-/// Sent inputs: the upper half of the registers is for programs outside the controller, the lower one for fieldbuses.
+/// Inputs sent to the controller. The upper half of the registers is for external programs, the lower half for fieldbuses.
 pub(super) const INPUTS: [(&str, &str); 10] = [
     ("input_int_register_24", "INT32"),
     ("input_int_register_25", "INT32"),
@@ -54,12 +54,12 @@ pub(super) struct Sample {
     pub inputs: u64,
     pub outputs: u64,
     pub analog: [f64; 2],
-    /// State of the script, as it reports it.
+    /// State reported by the script.
     pub script: i32,
 }
 
 impl Sample {
-    /// Returns the values of a data package; `None` if their length differs, or a number is not finite.
+    /// Decodes a data package; returns `None` if its length differs, or a number is not finite.
     pub fn decode(values: &[u8]) -> Option<Sample> {
         if values.len() != VALUES_LEN {
             return None;
@@ -87,7 +87,7 @@ impl Sample {
 /// Inputs of the script in each cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct ScriptInputs {
-    /// Heartbeat counter, incremented in every package; the script takes a constant value for a lost connection.
+    /// Heartbeat counter, incremented in every package; the script interprets a constant value as a lost connection.
     pub beat: i32,
     /// Mode of the script: its own session number to follow the goals, 0 to rest, -1 to end.
     pub mode: i32,
@@ -98,7 +98,7 @@ pub(super) struct ScriptInputs {
 }
 
 impl ScriptInputs {
-    /// Returns the data package for the recipe id from the controller.
+    /// Encodes the data package with the recipe ID assigned by the controller.
     pub fn encode(&self, recipe: u8) -> [u8; PACKAGE_LEN] {
         let mut package = [0; PACKAGE_LEN];
         let mut at = 0;
@@ -118,7 +118,7 @@ impl ScriptInputs {
     }
 }
 
-/// Returns the names of a recipe in the form of the request, and the types that the answer must have.
+/// Returns the names of a recipe in the format of the request, and the types that the answer must contain.
 pub(super) fn recipe(of: &[(&str, &str)]) -> (String, String) {
     let list = |pick: fn(&(&str, &str)) -> String| of.iter().map(pick).collect::<Vec<_>>().join(",");
     (list(|(name, _)| (*name).to_owned()), list(|(_, kind)| (*kind).to_owned()))

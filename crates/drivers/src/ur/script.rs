@@ -8,20 +8,21 @@ pub(super) const CYCLE_NS: i64 = 2_000_000;
 /// Parameters of the program.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Program {
-    /// Number that it reports while it runs, and by which it is commanded to follow: goals that another session left in the registers are
-    /// ignored.
+    /// Number that the program reports while it runs, and with which it is commanded to follow, so that goals left in the registers by
+    /// another session are ignored.
     pub session: i32,
-    /// Number of cycles for which it waits for a new beat.
+    /// Number of cycles for which the program waits for a new beat.
     pub patience: i64,
-    /// Look-ahead and gain of `servoj`: s, and dimensionless.
+    /// Look-ahead time, s, and gain of `servoj`.
     pub lookahead_s: f64,
     pub gain: f64,
-    /// Deceleration with which it comes to rest, rad/s².
+    /// Deceleration with which the arm comes to rest, rad/s².
     pub deceleration: f64,
 }
 
 impl Program {
-    /// Returns the text of the program. It begins at rest, follows only goals of its own session, and every exit leads through a stop.
+    /// Returns the text of the program. The program begins at rest, follows only goals of its own session, and comes to a stop before
+    /// every exit.
     pub fn text(&self) -> String {
         let Program { session, patience, lookahead_s, gain, deceleration } = self;
         let goals = (24..30).map(|register| format!("read_input_float_register({register})")).collect::<Vec<_>>().join(", ");

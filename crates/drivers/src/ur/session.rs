@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Start of an arm that is to follow: connection, recipes, power, remote control, program. It runs off the cycle, so it may wait.
+//! Start-up of an arm that is to follow: connection, recipes, power, remote control, program. It runs off the cycle, so it may block.
 use super::dashboard::Dashboard;
 use super::link::{Link, LinkError};
 use super::options::Options;
@@ -13,9 +13,9 @@ use std::io::Write;
 use std::net::{IpAddr, SocketAddr, TcpStream};
 use std::time::{Duration, Instant, SystemTime};
 
-/// Time limit for a response of a connected controller.
+/// Time limit for an answer of a connected controller.
 const ANSWER: Duration = Duration::from_secs(10);
-/// Time limit for a response in lockstep, in which nothing depends on speed: it only catches a controller that never answers.
+/// Time limit for an answer in lockstep, in which nothing depends on speed; only intended to catch a controller that never answers.
 const ANSWER_IN_LOCKSTEP: Duration = Duration::from_secs(120);
 /// Minimum time limit for an arm whose controller is present, even if a shorter one is set.
 const LEAST: Duration = Duration::from_secs(1);
@@ -24,24 +24,24 @@ const RETRY: Duration = Duration::from_millis(50);
 const FREQUENCY: f64 = 1e9 / CYCLE_NS as f64;
 const FIRST_E_SERIES: u32 = 5;
 
-/// An arm that follows.
+/// Session of an arm that follows.
 pub(super) struct Session {
     link: Link,
     recipes: [u8; 2],
-    /// Number by which the program recognises its goals.
+    /// Number by which the program recognises the goals of this session.
     pub number: i32,
     pub sample: Sample,
     pub told: ScriptInputs,
-    /// Number of messages that were not a package of the recipe.
+    /// Number of received messages that were not a package of the recipe.
     pub refused: u64,
-    /// Time limit for a response.
+    /// Time limit for an answer.
     pub answer: Duration,
     /// Time by which the arm must follow.
     deadline: Instant,
 }
 
 impl Session {
-    /// Brings the arm to follow. It stands still until it receives goals.
+    /// Makes the arm follow goals. It does not move until it receives any.
     pub fn begin(options: &Options, address: IpAddr) -> Result<Session, DeviceError> {
         let wait = Duration::from_nanos(options.wait_ns().unsigned_abs());
         let deadline = Instant::now() + if options.lockstep { wait.max(ANSWER_IN_LOCKSTEP) } else { wait.max(LEAST) };
@@ -84,7 +84,7 @@ impl Session {
         open.as_mut().ok_or_else(String::new)
     }
 
-    /// Returns a connection whose recipes the controller has accepted; retries until the deadline for the controller to appear.
+    /// Returns a connection whose recipes the controller has accepted; until the deadline, retries while the controller is not available.
     fn connected(options: &Options, to: SocketAddr, deadline: Instant) -> Result<Session, String> {
         let tries_until = Instant::now() + Duration::from_nanos(options.wait_ns().unsigned_abs());
         let answer = if options.lockstep { ANSWER_IN_LOCKSTEP } else { ANSWER };
@@ -162,7 +162,7 @@ impl Session {
         }
     }
 
-    /// Exchanges until a condition holds; returns false if it did not in time.
+    /// Exchanges packages until a condition holds; returns false if it did not hold in time.
     fn until(&mut self, holds: impl Fn(&Sample) -> bool) -> Result<bool, String> {
         while !holds(&self.sample) {
             if Instant::now() > self.deadline {
@@ -173,7 +173,7 @@ impl Session {
         Ok(true)
     }
 
-    /// Exchanges one package in each direction, the arm at rest where it is.
+    /// Exchanges one package in each direction, with the arm at rest.
     fn exchange(&mut self) -> Result<(), String> {
         (self.told.mode, self.told.mask) = (0, 0);
         self.send().map_err(|why| why.to_string())?;
@@ -211,7 +211,7 @@ impl Session {
         Ok(newest.is_some())
     }
 
-    /// Sends the present inputs of the script; returns false if the connection has not accepted the previous package. Real-time safe.
+    /// Sends the current inputs of the script; returns false if the connection has not accepted the previous package. Real-time safe.
     pub fn send(&mut self) -> Result<bool, LinkError> {
         self.told.beat = self.told.beat.wrapping_add(1);
         self.link.send(&self.told.encode(self.recipes[1]))
@@ -224,7 +224,7 @@ impl Session {
     }
 }
 
-/// Returns the time left until a deadline, at least 1 ms: sockets do not accept a timeout of 0.
+/// Returns the time left until a deadline, at least 1 ms, because sockets do not accept a timeout of 0.
 fn left(deadline: Instant) -> Duration {
     deadline.saturating_duration_since(Instant::now()).max(Duration::from_millis(1))
 }
@@ -235,9 +235,9 @@ struct Answer {
     text: String,
 }
 
-/// Reason why there is no connection.
+/// Reason why a connection could not be established.
 enum Failure {
-    /// The controller may become available later.
+    /// The controller is not available, but may become so later.
     NotThere(String),
     Refused(String),
 }
@@ -248,7 +248,7 @@ impl From<LinkError> for Failure {
     }
 }
 
-/// Returns an error that names the first value of a recipe that the controller does not have, or that another program has taken.
+/// Returns an error that names the first value of a recipe that the controller does not have, or that is in use by another program.
 fn agree(of: &[(&str, &str)], asked: &str, answered: &str) -> Result<(), Failure> {
     if asked == answered {
         return Ok(());
@@ -261,7 +261,7 @@ fn agree(of: &[(&str, &str)], asked: &str, answered: &str) -> Result<(), Failure
     }))
 }
 
-/// Returns a number that another session is unlikely to have.
+/// Returns a number that is unlikely to be used by another session.
 fn number() -> i32 {
     let nanos = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |since| since.subsec_nanos() ^ since.as_secs() as u32);
     1 + (nanos & 0x3fff_ffff) as i32

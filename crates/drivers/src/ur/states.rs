@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reasons why an arm does not follow, in the wording of its pendant.
+//! Reasons why an arm does not follow, in the wording of the teach pendant.
 use super::sample::Sample;
 
 const RUNNING: i32 = 7;
 const PLAYING: u32 = 2;
 const PAUSED: u32 = 4;
-/// State that the script leaves when no setpoint arrived in time.
+/// State that the script reports when no set-point arrived in time.
 pub(super) const SILENT: i32 = -1;
 
-/// Returns the reason why an arm does not move at all: its mode, or its safety system. Each message includes the remedy.
+/// Returns the reason why an arm cannot move at all: its mode or its safety system. Each message includes the remedy.
 pub(super) fn hindrance(sample: &Sample) -> Option<&'static str> {
     let safety = match sample.safety {
         1 | 2 => None,
@@ -38,12 +38,12 @@ pub(super) fn hindrance(sample: &Sample) -> Option<&'static str> {
     })
 }
 
-/// Returns true if only the power is missing, and no intervention at the machine is needed.
+/// Returns true if only the power is off, and no intervention at the machine is needed.
 pub(super) fn is_off(sample: &Sample) -> bool {
     matches!(sample.safety, 1 | 2) && matches!(sample.robot_mode, 3..=5)
 }
 
-/// Returns the reason why the script does not follow, on an arm that could.
+/// Returns the reason why the script does not follow on an arm that could follow.
 pub(super) fn interruption(sample: &Sample, session: i32) -> Option<&'static str> {
     match (sample.script, sample.runtime) {
         (script, PLAYING) if script == session => None,

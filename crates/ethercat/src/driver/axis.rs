@@ -21,7 +21,7 @@ pub(super) struct Axis {
     fields: Fields,
 }
 
-/// Offsets of its objects in all process data; `None` for an object that is not exchanged.
+/// Offsets of the axis's objects in the process data of all subdevices; `None` for an object that is not exchanged.
 #[derive(Clone, Copy, Default)]
 struct Fields {
     control: usize,
@@ -36,7 +36,7 @@ struct Fields {
     brake: Option<usize>,
 }
 
-/// Synchronisation type: synchronised by SYNC0.
+/// Synchronisation type: DC SYNC0.
 const DC_SYNC0: u16 = 2;
 const OUTPUTS: [u32; 5] = [0x6040_0010, 0x607A_0020, 0x60FF_0020, 0x6071_0010, 0x6060_0008];
 const INPUTS: [u32; 6] = [0x6041_0010, 0x6064_0020, 0x606C_0020, 0x6077_0010, 0x603F_0010, 0x6061_0008];
@@ -59,7 +59,7 @@ impl Axis {
         &self.moved.name
     }
 
-    /// Returns the objects that the drive has to exchange.
+    /// Returns the objects that the drive must exchange.
     pub fn pdos(&self) -> Pdos {
         match self.pdos {
             PdosFrom::Written => {
@@ -70,7 +70,7 @@ impl Axis {
         }
     }
 
-    /// Returns the settings that are written to the drive in PREOP: entry, value, and whether it may be missing.
+    /// Returns the settings to write to the drive in PREOP, each with its entry, its value, and whether the entry may be missing.
     pub fn settings(&self, sync0: Option<Sync0>) -> Vec<(Entry, Vec<u8>, bool)> {
         let mut settings = vec![(Entry { index: 0x6060, sub: 0 }, vec![self.mode as u8], false)];
         settings.extend(self.brake.iter().flat_map(BrakeOptions::settings).map(|(of, value)| (of, value, true)));
@@ -88,7 +88,7 @@ impl Axis {
         settings
     }
 
-    /// Stores the positions of its objects.
+    /// Stores the positions of the axis's objects.
     ///
     /// # Errors
     /// Fails with a message if a required object is not exchanged.
@@ -129,7 +129,7 @@ impl Axis {
         self.fields.mode.is_some() && self.fields.mode_shown.is_some()
     }
 
-    /// Processes the answer of the drive.
+    /// Processes the drive's answer.
     pub fn look(&mut self, process: &[u8]) {
         let fields = self.fields;
         let word = |at: Option<usize>| at.map_or(0, |at| i16_at(process, at));
@@ -143,13 +143,13 @@ impl Axis {
         });
     }
 
-    /// Processes the answer of the drive, and stores it.
+    /// Processes the drive's answer and stores its readings.
     pub fn read(&mut self, process: &[u8], readings: &mut [u8]) {
         self.look(process);
         self.moved.show(readings);
     }
 
-    /// Sets the command to the drive until the next cycle, which follows after `span_s`.
+    /// Sets the command to the drive for the next cycle, which starts after `span_s`.
     pub fn write(&mut self, commands: &[u8], is_engaged: bool, span_s: f64, process: &mut [u8]) {
         let told = self.moved.tell(commands, is_engaged, span_s);
         self.put(told, process);

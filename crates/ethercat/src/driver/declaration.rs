@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Declaration of the driver: its manual, its creation, the search for subdevices.
+//! Declaration of the driver: its manual, how it is created, and the search for subdevices.
 use super::axis::Axis;
 use super::counters::Count;
 use super::device::EtherCat;
@@ -14,7 +14,7 @@ use device::{Class, Declaration, DriverError, FoundDevice, GivenOptions, Layout,
 use serde::Deserialize;
 use serde_json::{Value, json};
 
-/// The driver.
+/// Declaration of the driver `ethercat`.
 pub static DRIVER: Declaration = Declaration {
     class: Class::Inline,
     life: Life { waits_ns: 0, lost_within_ns: 0 },
@@ -46,7 +46,7 @@ fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     Ok((Box::new(driver), json!({ "parts": parts })))
 }
 
-/// Returns the terminals with their channels, from their vendors' files, or else from their EEPROMs, which are read.
+/// Returns the terminals with their channels, described by the vendors' files or else by the EEPROMs, which are then read.
 fn terminals(given: &GivenOptions<'_>, options: &Options, layout: &mut Layout) -> Result<Vec<Terminal>, DriverError> {
     let is_asked = options.terminals.iter().any(|of| of.pdos.is_none());
     let found = if is_asked { Bus::open(&options.interface).and_then(|mut bus| inventory(&mut bus)).map_err(DriverError::Failed)? } else { Vec::new() };
@@ -67,8 +67,8 @@ fn named(of: &TerminalOptions, found: &[Contents]) -> Result<Vec<NamedEntry>, Dr
     }
 }
 
-/// Returns the driver for the virtual clock: a firing waits for its frame, however slow the segment is, and no watchdog expires because
-/// of time that does not pass there.
+/// Returns the driver for the virtual clock: a firing waits for its frame however slow the segment is, and no watchdog expires, because
+/// no watchdog time elapses there.
 fn in_lockstep(options: &Value) -> Option<(String, Value)> {
     let mut options = options.clone();
     options.as_object_mut()?.insert("lockstep".to_owned(), Value::Bool(true));
@@ -88,8 +88,8 @@ fn scan(given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     Ok(found.iter().enumerate().map(|(position, contents)| tell(&interface, position, contents)).collect())
 }
 
-/// Returns the subdevice at a position, and the options to serve it: as a terminal if its EEPROM lists entries and none belongs to a
-/// drive.
+/// Returns the subdevice at a position and the options to serve it: as a terminal if its EEPROM lists entries and none of them belongs to
+/// a drive.
 fn tell(interface: &str, position: usize, contents: &Contents) -> FoundDevice {
     const CONTROL_WORD: u16 = 0x6040;
     let identity = &contents.identity;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Life cycle of the driver: brings its drives to OP, exchanges, and comes to rest.
+//! Life cycle of the driver: brings its drives to OP, exchanges data, and comes to rest.
 use super::axis::Axis;
 use super::counters::Count;
 use super::services::{Beside, Mailboxes};
@@ -15,12 +15,12 @@ use device::{Channel, Counters, DeviceError, Driver, Services};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Time limit for drives to reach OP with process data arriving, and for an answer off the cycle.
+/// Time limit for drives to reach OP while process data arrive, and time limit for an answer outside the cycle.
 const TO_OP: Duration = Duration::from_secs(10);
-/// Number of frames that command a drive to reset its fault: some of its cycles pass meanwhile.
+/// Maximum number of frames that command a drive to reset its fault, which takes the drive several cycles.
 const RESETS: usize = 1_000;
 const ANSWER: Duration = Duration::from_millis(200);
-/// Time limit of an answer in lockstep, in which the speed of a segment does not matter: only for segments that never answer.
+/// Time limit for an answer in lockstep, where the speed of a segment is irrelevant; only a segment that never answers reaches it.
 const ANSWER_IN_LOCKSTEP: Duration = Duration::from_secs(5);
 
 pub(super) struct EtherCat {
@@ -32,14 +32,14 @@ pub(super) struct EtherCat {
     lost_after: u32,
     lockstep: bool,
     sync0: Option<Sync0>,
-    /// Time of opening, on this host's clock and on that of its source, ns.
+    /// Time at which the device was opened, on this host's clock and on that of its source, ns.
     opened: (Instant, i64),
     counters: Arc<Counters>,
     beside: Arc<Beside>,
-    /// Stations of the axes, then those of the terminals.
+    /// Stations: axes first, then terminals.
     stations: Vec<Station>,
     cycle: Option<Cycle>,
-    /// Number of consecutive cycles without an answer, and the reason of the last one.
+    /// Number of consecutive cycles without an answer, and the reason in the latest one.
     missed: u32,
     written_ns: i64,
 }
@@ -66,12 +66,12 @@ impl EtherCat {
         }
     }
 
-    /// Returns the driver for virtual time: its readings wait for the pending frame, and its drives have no watchdog.
+    /// Returns the driver in its variant for virtual time: its readings wait for the pending frame, and its drives have no watchdog.
     pub fn in_lockstep(self) -> EtherCat {
         EtherCat { lockstep: true, ..self }
     }
 
-    /// Adds these terminals.
+    /// Adds these terminals to the driver.
     pub fn with_terminals(self, terminals: Vec<Terminal>) -> EtherCat {
         EtherCat { terminals, ..self }
     }
@@ -129,7 +129,7 @@ impl EtherCat {
         Ok(())
     }
 
-    /// Refuses a line on which a drive is not the one that its axis had before, or is configured to have.
+    /// Checks that each drive on the line is the one that its axis had before, or is configured to have; otherwise refuses the line.
     fn identify(&self, found: &[Subdevice]) -> Result<(), String> {
         let opened = (0..self.axes.len() + self.terminals.len()).filter_map(|of| {
             let (title, name, at, expected) = self.member(of);
@@ -144,7 +144,7 @@ impl EtherCat {
         identity::check(&opened.collect::<Vec<_>>())
     }
 
-    /// Returns the axis or terminal of this station: its kind, its name, its position and its expected identity.
+    /// Returns the axis or terminal at this station: its kind, name, position and expected identity.
     fn member(&self, of: usize) -> (&'static str, &str, usize, identity::ExpectedIdentity) {
         match self.axes.get(of) {
             Some(axis) => ("axis", axis.name(), axis.at, axis.expected),
@@ -155,7 +155,7 @@ impl EtherCat {
         }
     }
 
-    /// Exchanges one frame with no axis commanded.
+    /// Exchanges one frame without commanding an axis.
     fn exchange_idle(&mut self, cycle: &mut Cycle) -> Result<(), String> {
         let until = Instant::now() + TO_OP;
         loop {
@@ -175,7 +175,7 @@ impl EtherCat {
         }
     }
 
-    /// Resets existing faults; a fault that recurs is reported when its axis is engaged.
+    /// Resets existing faults. A fault that recurs is reported when the axis is engaged.
     fn reset_faults(&mut self, cycle: &mut Cycle) -> Result<(), String> {
         for _ in 0..RESETS {
             let mut faulty = self.axes.iter_mut().map(|axis| &mut axis.moved.commander).filter(|commander| commander.is_faulty()).peekable();
@@ -188,7 +188,7 @@ impl EtherCat {
         self.exchange_idle(cycle)
     }
 
-    /// Returns the reason why cycles fail: the subdevice that does not answer, or its state.
+    /// Returns the reason why cycles fail: the subdevice that does not answer, or a subdevice's state.
     fn lost(&self, replied: FrameAnswer) -> DeviceError {
         let cycles = self.missed;
         let on = &self.interface;
@@ -221,7 +221,7 @@ impl EtherCat {
         }
     }
 
-    /// Stores the last answers of all stations.
+    /// Stores the latest answers of all stations.
     fn show(&mut self, readings: &mut [u8]) {
         let Some(cycle) = &self.cycle else { return };
         for axis in &mut self.axes {
@@ -328,7 +328,7 @@ impl Driver for EtherCat {
     }
 }
 
-/// Returns the present time of the source, derived from this host's clock.
+/// Returns the current time of the source, derived from this host's clock.
 fn now_ns((opened, opened_ns): (Instant, i64)) -> u64 {
     opened_ns.unsigned_abs() + opened.elapsed().as_nanos() as u64
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Entries of a terminal by name, as listed in its EEPROM or its vendor's file.
+//! Named entries of a terminal, as listed in its EEPROM or its vendor's file.
 use super::options::{EntryOptions, PdoOptions};
 use crate::coe::Entry;
 use crate::sii::{Contents, Pdo};
@@ -8,9 +8,9 @@ use device::Number;
 /// An entry that a terminal exchanges.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct NamedEntry {
-    /// Name in lower case with underscores: `channel_1`, `ai_standard_channel_1_value`.
+    /// Name in lower case, with underscores: `channel_1`, `ai_standard_channel_1_value`.
     pub name: String,
-    /// Title in its vendor's spelling.
+    /// Title in the vendor's spelling.
     pub title: String,
     pub of: Entry,
     pub bits: usize,
@@ -18,7 +18,7 @@ pub(super) struct NamedEntry {
     pub is_output: bool,
 }
 
-/// Maximum width of a channel's number, bits.
+/// Maximum width of a channel value, bits.
 const BITS_MAX: usize = 64;
 
 /// Returns the entries listed in the EEPROM.
@@ -30,7 +30,7 @@ pub(super) fn of_eeprom(contents: &Contents) -> Vec<NamedEntry> {
     of_pdos(&[list(&contents.inputs, false), list(&contents.outputs, true)].concat())
 }
 
-/// Returns the entries of a list of PDOs; gaps and entries that are not numbers are omitted.
+/// Returns the entries in a list of PDOs; skips gaps and entries that are not numbers.
 pub(super) fn of_pdos(pdos: &[PdoOptions]) -> Vec<NamedEntry> {
     let mut all: Vec<NamedEntry> = Vec::new();
     for pdo in pdos {
@@ -55,7 +55,7 @@ pub(super) fn of_pdos(pdos: &[PdoOptions]) -> Vec<NamedEntry> {
     all
 }
 
-/// Returns the entry that a text names: by the name of its channel, by its vendor's title, or by its object, `0x6000:1`.
+/// Returns the entry to which a text refers: by channel name, by its vendor's title, or by its object, `0x6000:1`.
 pub(super) fn find<'a>(entries: &'a [NamedEntry], text: &str) -> Option<&'a NamedEntry> {
     let object = text.split_once(':').and_then(|(index, sub)| Some(Entry { index: whole(index)?, sub: u8::try_from(whole(sub)?).ok()? }));
     let name = lower(text);
@@ -67,13 +67,13 @@ fn whole(text: &str) -> Option<u16> {
     text.strip_prefix("0x").map_or_else(|| text.parse().ok(), |digits| u16::from_str_radix(digits, 16).ok())
 }
 
-/// Returns a text in lower case, in which each run of other characters than letters and digits becomes one underscore.
+/// Converts a text to lower case, and replaces each run of characters other than letters and digits with an underscore.
 fn lower(text: &str) -> String {
     let words = text.split(|c: char| !c.is_ascii_alphanumeric()).filter(|word| !word.is_empty());
     words.collect::<Vec<_>>().join("_").to_ascii_lowercase()
 }
 
-/// Returns the number type for a data type of CoE; without one, or with another width, it is unsigned.
+/// Returns the number type for a CoE data type; a type that is unknown or has a different width is treated as unsigned.
 fn number(kind: u8, bits: u8) -> Number {
     match (kind, bits) {
         (_, 1) => Number::Bool,

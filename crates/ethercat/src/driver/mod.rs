@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The driver `ethercat`: drives of a segment as axes, terminals as channels.
+//! The driver `ethercat`: drives on a segment as axes, terminals as channels.
 mod axis;
 mod counters;
 mod declaration;

@@ -73,7 +73,7 @@ pub(super) struct Options {
 }
 
 impl Options {
-    /// Returns SYNC0, if it is requested.
+    /// Returns the SYNC0 settings, if SYNC0 is requested.
     pub fn sync0(&self) -> Option<Sync0> {
         self.sync0_ns.map(|cycle_ns| Sync0 { cycle_ns, shift_ns: self.sync0_shift_ns.unwrap_or(cycle_ns / 2) })
     }
@@ -84,9 +84,9 @@ impl Options {
 pub(super) struct AxisOptions {
     #[serde(flatten)]
     pub axis: axis::AxisOptions,
-    /// Position on the line; omitted: that in the list.
+    /// Position on the line; if omitted, the position in the list.
     pub at: Option<usize>,
-    /// Configured station alias of the drive, if it is to be compared.
+    /// Configured station alias of the drive, if it is to be checked.
     pub alias: Option<u16>,
     #[serde(default)]
     pub pdos: PdosFrom,
@@ -100,20 +100,20 @@ pub(super) enum PdosFrom {
     /// The driver writes the mapping.
     #[default]
     Written,
-    /// The drive keeps its present PDOs.
+    /// The drive keeps its current PDOs.
     Device,
 }
 
-/// Options of a terminal of inputs and outputs.
+/// Options of an input and output terminal.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct TerminalOptions {
     pub name: String,
     /// Position on the line.
     pub at: usize,
-    /// Channels by name; omitted: all of its entries.
+    /// Channels by name; if omitted, all entries of the terminal.
     pub channels: Option<BTreeMap<String, ChannelOptions>>,
-    /// Process data as in its vendor's file; omitted: as in its EEPROM.
+    /// Process data as in its vendor's file; if omitted, as in its EEPROM.
     pub pdos: Option<Vec<PdoOptions>>,
     vendor: Option<u32>,
     product: Option<u32>,
@@ -148,7 +148,7 @@ pub(super) struct EntryOptions {
     #[serde(default)]
     pub sub: u8,
     pub bits: u8,
-    /// Data type, as numbered by CoE; 0 for an unsigned number.
+    /// CoE data type number; 0 for an unsigned number.
     #[serde(default)]
     pub kind: u8,
     #[serde(default)]
@@ -161,10 +161,10 @@ impl From<&PdoEntry> for EntryOptions {
     }
 }
 
-/// Options of a terminal's channel: its entry, and the meaning of its counts.
+/// Options of a terminal's channel: its entry and the scaling of its counts.
 #[derive(Clone, Debug, Default, Deserialize)]
 pub(super) struct ChannelOptions {
-    /// Omitted: the entry of the channel's name.
+    /// Entry of the channel; if omitted, the entry with the channel's name.
     pub entry: Option<String>,
     #[serde(flatten)]
     pub of: CountsOptions,
@@ -173,7 +173,7 @@ pub(super) struct ChannelOptions {
 }
 
 impl ChannelOptions {
-    /// Returns the reason why it cannot be a channel of an entry with this number type.
+    /// Returns the reason why these options cannot describe a channel for an entry with this number type, if any.
     pub fn problem(&self, number: Number, is_output: bool) -> Option<String> {
         match self.rest.keys().next() {
             Some(field) => Some(format!("has no {field}; a channel has only entry, scale, offset, unit and safe")),
@@ -184,14 +184,14 @@ impl ChannelOptions {
 
 /// Default watchdog time of the drives.
 pub(super) const TIMEOUT_NS: i64 = 100_000_000;
-/// Minimum period of SYNC0: shorter than any drive's cycle.
+/// Minimum period of SYNC0; shorter than the cycle of any drive.
 const SYNC0_NS_MIN: f64 = 5e4;
-/// Maximum period of SYNC0: a drive has 32 bits for it.
+/// Maximum period of SYNC0; drives store it in 32 bits.
 const SYNC0_NS_MAX: f64 = u32::MAX as f64;
 /// Maximum watchdog time that can be set in a drive.
 const TIMEOUT_NS_MAX: f64 = 6.5e9;
 
-/// Refuses impossible options by name.
+/// Refuses invalid options; the refusal lists all of them.
 pub(super) fn check(given: &GivenOptions<'_>, options: &Options) -> Result<(), DriverError> {
     let wrong = |problem: String| Err(given.wrong("axes", problem));
     match (options.sync0_ns, options.sync0_shift_ns) {

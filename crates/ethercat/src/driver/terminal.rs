@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A terminal on a segment: inputs and outputs that become channels by their entries of process data.
+//! A terminal on a segment: its inputs and outputs become channels according to their process data entries.
 use super::entries::{self, NamedEntry};
 use super::options::{ChannelOptions, TerminalOptions};
 use crate::coe::Entry;
@@ -8,7 +8,7 @@ use cia402::identity::ExpectedIdentity;
 use device::counts::Counts;
 use device::{Channel, Layout, Number, Slot, Type};
 
-/// A terminal, and the position of its process data.
+/// A terminal, with the position of its process data.
 pub(super) struct Terminal {
     pub name: String,
     /// Position on the line.
@@ -19,26 +19,26 @@ pub(super) struct Terminal {
     outputs: Vec<Point>,
 }
 
-/// A channel, and its bits.
+/// A channel, with the position of its bits.
 struct Point {
     channel: String,
     of: Entry,
     bits: usize,
     counts: Counts,
-    /// True if its value is a double, counts × scale + offset, rather than the counts.
+    /// True if the channel's value is a double, counts × scale + offset, rather than the counts.
     is_scaled: bool,
     slot: Slot,
-    /// Counts without a command.
+    /// Counts to output while there is no command.
     safe: u64,
-    /// Offset from the start of all process data, bits.
+    /// Offset from the start of the process data of all subdevices, bits.
     at: usize,
 }
 
 impl Terminal {
-    /// Creates a terminal with these entries, of which `options` selects the channels.
+    /// Creates a terminal with these entries, from which `options` selects the channels.
     ///
     /// # Errors
-    /// Fails with a message if a channel names an entry that does not exist, or has a value that its entry cannot carry.
+    /// Fails with a message if a channel refers to an entry that does not exist, or has a value that its entry cannot represent.
     pub fn new(options: &TerminalOptions, entries: &[NamedEntry], layout: &mut Layout) -> Result<Terminal, String> {
         let title = format!("terminal '{}'", options.name);
         let mut terminal = Terminal { name: options.name.clone(), at: options.at, expected: options.expected(), inputs: Vec::new(), outputs: Vec::new() };
@@ -68,7 +68,7 @@ impl Terminal {
         Ok(terminal)
     }
 
-    /// Stores the positions of its entries.
+    /// Stores the positions of the terminal's entries.
     ///
     /// # Errors
     /// Fails with a message if one of them is not exchanged.
@@ -84,14 +84,14 @@ impl Terminal {
         Ok(())
     }
 
-    /// Stores the values that the terminal sent.
+    /// Stores the values received from the terminal.
     pub fn read(&self, process: &[u8], readings: &mut [u8]) {
         for point in &self.inputs {
             point.show(bits(process, point.at, point.bits), readings);
         }
     }
 
-    /// Sets the commands to the terminal.
+    /// Sets the commands for the terminal.
     pub fn write(&self, commands: &[u8], process: &mut [u8]) {
         for point in &self.outputs {
             set_bits(process, point.at, point.bits, point.told(commands));
@@ -131,7 +131,7 @@ impl Point {
         self.store(counts, self.slot.of_mut(readings));
     }
 
-    /// Stores counts in the form of the channel.
+    /// Stores counts in the channel's value type.
     fn store(&self, counts: u64, to: &mut [u8]) {
         if self.is_scaled {
             return to.copy_from_slice(&self.counts.value(counts).to_ne_bytes());
@@ -144,7 +144,7 @@ impl Point {
         }
     }
 
-    /// Returns the channel's output: a command that is not a number is replaced by the safe value.
+    /// Returns the output of the channel; a command that is not a number is replaced by the safe value.
     fn told(&self, commands: &[u8]) -> u64 {
         let command = self.slot.of(commands);
         let mut wide = [0; 8];
@@ -160,13 +160,13 @@ impl Point {
         u64::from_ne_bytes(wide)
     }
 
-    /// Returns the nearest possible counts of a value.
+    /// Returns the representable counts closest to a value.
     fn told_as(&self, value: f64) -> u64 {
         self.counts.counts(value).map_or(self.safe, |(counts, _)| counts)
     }
 }
 
-/// Returns the number in `count` bits of process data that begin with bit `at`, the least significant one.
+/// Returns the number stored in `count` bits of process data, of which bit `at` is the least significant.
 fn bits(process: &[u8], at: usize, count: usize) -> u64 {
     let mut value = 0;
     let mut done = 0;

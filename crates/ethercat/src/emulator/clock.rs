@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The distributed clock of an emulated subdevice: a local time that drifts, the system time derived from it, and SYNC0.
 //!
-//! A main device writes the time of the reference clock; the clock compares it with its own and runs faster or slower, by a proportional
-//! and an integral part. The rate of this correction is its own choice, as in real subdevices.
+//! A main device writes the time of the reference clock; the clock compares it with its own time and runs faster or slower, by a
+//! proportional and an integral part. The clock itself chooses the rate of this correction, as in real subdevices.
 
-/// Number of comparisons that remove most of a difference, and number that learn the drift.
+/// Time constant with which a difference is corrected (the proportional part), in comparisons.
 const GAIN: f64 = 200.0;
+/// Time constant with which the drift is learned (the integral part), in comparisons.
 const LEARNING: f64 = 400.0;
-/// Maximum change of its rate.
+/// Maximum change of the clock's rate.
 const PUSH_MAX: f64 = 1e-3;
 /// Number of comparisons over which the displayed difference is averaged.
 const SHOWN: f64 = 8.0;
@@ -15,9 +16,9 @@ const SHOWN: f64 = 8.0;
 #[derive(Clone, Debug)]
 pub struct Clock {
     local_ns: f64,
-    /// True time up to which it has advanced.
+    /// True time to which the clock has advanced.
     now_ns: u64,
-    /// Drift of its quartz, as a fraction of 1.
+    /// Drift of the oscillator, as a fraction of its rate.
     drift: f64,
     learned: f64,
     push: f64,
@@ -35,7 +36,7 @@ struct Sync {
 }
 
 impl Clock {
-    /// Creates a clock that is ahead of the true time, and runs too fast by `drift_ppm` millionths.
+    /// Creates a clock that is `ahead_ns` ahead of true time and runs too fast by `drift_ppm` parts per million.
     pub fn new(ahead_ns: u64, drift_ppm: f64) -> Clock {
         Clock {
             local_ns: ahead_ns as f64,
@@ -62,7 +63,7 @@ impl Clock {
         self.local_ns as u64
     }
 
-    /// Compares its own time with that of the reference clock, towards which it is corrected; ns.
+    /// Processes a comparison of the clock's time with that of the reference clock, towards which it is corrected; ns.
     pub fn compare(&mut self, difference_ns: i32) {
         let span_ns = self.now_ns.saturating_sub(self.compared_ns).max(1_000);
         let is_first = self.compared_ns == 0;
@@ -80,7 +81,7 @@ impl Clock {
         }
     }
 
-    /// Returns the register of the difference: sign and magnitude.
+    /// Returns the value of the difference register: sign and magnitude.
     pub fn difference(&self) -> u32 {
         let magnitude = self.difference_ns.abs().round() as u32 & 0x7FFF_FFFF;
         magnitude | u32::from(self.difference_ns < 0.0) << 31

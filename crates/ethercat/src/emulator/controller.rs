@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Memory of a subdevice controller: registers, SyncManagers, FMMUs, EEPROM, clock.
+//! Memory of a subdevice controller: registers, SyncManagers, FMMUs, EEPROM interface, clock.
 use super::clock::Clock;
 use crate::frames::{put, u16_at, u32_at};
 use crate::registers as reg;
@@ -8,40 +8,40 @@ use crate::registers as reg;
 const MEMORY_LEN: usize = 0x3000;
 const FMMUS: usize = 8;
 const SYNC_MANAGERS: usize = 8;
-/// Status of the EEPROM interface: reads 8 bytes at once; an error has occurred.
+/// Status bits of the EEPROM interface: 8 bytes are read at a time; an error has occurred.
 const EEPROM_EIGHT: u16 = 0x0040;
 const EEPROM_READ: u16 = 0x0100;
 const EEPROM_RELOAD: u16 = 0x0400;
 const EEPROM_COMMANDS: u16 = 0x0700;
 const EEPROM_ERROR: u16 = 0x2000;
 
-/// The memory and the units that it controls.
+/// Memory of a subdevice controller, and the units that the memory controls.
 pub struct Controller {
     memory: Box<[u8]>,
     eeprom: Vec<u8>,
     wiring: Wiring,
     pub clock: Clock,
-    /// Time that a frame takes from port 1 through all subdevices after it and back, ns; `None` if there are none.
+    /// Time that a frame takes from port 1 through all subdevices behind it and back, ns; `None` if there are no such subdevices.
     behind_ns: Option<u64>,
 }
 
-/// SyncManagers, and their purposes.
+/// SyncManagers and their purposes.
 #[derive(Clone, Debug, Default)]
 pub struct Wiring {
-    /// True if the first two are a mailbox.
+    /// True if the first two SyncManagers are a mailbox.
     pub has_mailbox: bool,
-    /// Numbers of the SyncManagers of outputs, and of inputs.
+    /// Numbers of the output SyncManagers, and numbers of the input SyncManagers.
     pub outputs: Vec<usize>,
     pub inputs: Vec<usize>,
 }
 
-/// Effects of a write that have to be handled.
+/// Effects of a write that the subdevice has to handle.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct WriteEffects {
     pub al_control: bool,
-    /// True if the mailbox to the subdevice was filled.
+    /// True if a message was written to the mailbox.
     pub mailbox: bool,
-    /// True if the answer was not received and is requested again.
+    /// True if the answer was not received and must be repeated.
     pub repeat: bool,
     /// True if outputs were written.
     pub outputs: bool,
@@ -74,7 +74,7 @@ impl Controller {
         put(&mut self.memory, address.into(), &value.to_le_bytes());
     }
 
-    /// Returns the process memory that a SyncManager covers.
+    /// Returns the process memory covered by a SyncManager.
     pub fn buffer(&self, manager: usize) -> &[u8] {
         let (start, len) = self.area(manager);
         self.memory.get(start..start + len).unwrap_or_default()
@@ -85,7 +85,7 @@ impl Controller {
         self.memory.get_mut(start..start + len).unwrap_or_default()
     }
 
-    /// Returns start and length of a SyncManager's memory.
+    /// Returns the start and length of a SyncManager's memory.
     pub fn area(&self, manager: usize) -> (usize, usize) {
         let at = sync_manager(manager);
         (u16_at(&self.memory, at).into(), u16_at(&self.memory, at + 2).into())
@@ -120,7 +120,7 @@ impl Controller {
         self.memory[at + 7] = self.memory[at + 7] & !2 | self.memory[at + 6] & 2;
     }
 
-    /// Advances the clock; a frame arrives now that returns to port 1 after `behind_ns`.
+    /// Advances the clock. A frame arrives at this time, and returns to port 1 after `behind_ns`.
     pub fn tell_time(&mut self, now_ns: u64, behind_ns: Option<u64>) {
         self.behind_ns = behind_ns;
         self.clock.go_on(now_ns);
@@ -133,7 +133,7 @@ impl Controller {
         self.clock.local_ns().wrapping_add(u64::from_le_bytes(self.eight(reg::DC_OFFSET)))
     }
 
-    /// Compares with the time of the reference clock, of which 4 or all 8 bytes were written.
+    /// Processes a comparison with the reference clock's time, of which 4 or all 8 bytes were written.
     fn compare(&mut self, written: &[u8]) {
         let Some(reference) = written.first_chunk().map(|low| u32::from_le_bytes(*low)) else { return };
         let expected = reference.wrapping_add(u32_at(&self.memory, reg::DC_DELAY.into()));
@@ -141,7 +141,7 @@ impl Controller {
         put(&mut self.memory, reg::DC_DIFFERENCE.into(), &self.clock.difference().to_le_bytes());
     }
 
-    /// Latches the times at which a frame arrived at the ports, and at the processing unit.
+    /// Latches the times at which a frame arrived at the ports and at the processing unit.
     fn latch_times(&mut self) {
         let local_ns = self.clock.local_ns();
         put(&mut self.memory, reg::DC_RECEIVED.into(), &(local_ns as u32).to_le_bytes());
@@ -157,7 +157,7 @@ impl Controller {
         self.clock.set_sync(is_on.then_some(start), system_ns);
     }
 
-    /// Returns true if SYNC0 is requested, even if it does not occur.
+    /// Returns true if SYNC0 is enabled, even if it does not occur.
     pub fn is_synchronised(&self) -> bool {
         self.memory[usize::from(reg::SYNC_ACTIVATION)] & reg::SYNC0_ON == reg::SYNC0_ON
     }
@@ -190,7 +190,7 @@ impl Controller {
         }
     }
 
-    /// Returns true if access to a mailbox is refused: an empty one cannot be read, a full one cannot be written.
+    /// Returns true if access to a mailbox is denied: an empty mailbox cannot be read, and a full one cannot be written.
     fn is_refused(&self, start: usize, is_read: bool) -> bool {
         let manager = usize::from(is_read);
         let (mailbox, len) = self.area(manager);
@@ -198,7 +198,7 @@ impl Controller {
         is_inside && self.is_full(manager) != is_read
     }
 
-    /// Writes memory; returns `None` if it cannot be written. Registers that only the subdevice writes do not change.
+    /// Writes memory; returns `None` if it cannot be written. Registers that only the subdevice may write do not change.
     pub fn write(&mut self, address: u16, from: &[u8]) -> Option<WriteEffects> {
         let start = usize::from(address);
         let end = start + from.len();
@@ -265,7 +265,7 @@ impl Controller {
         self.set_word(reg::EEPROM, status);
     }
 
-    /// Passes a logical datagram through the FMMUs; returns which of reading (1) and writing (2) took place.
+    /// Processes a logical datagram with the FMMUs; returns whether reading (1) and writing (2) took place.
     pub fn logical(&mut self, start: u32, data: &mut [u8], reads: bool, writes: bool) -> (u16, WriteEffects) {
         let mut done = (false, false);
         let mut changed = WriteEffects::default();
@@ -295,7 +295,7 @@ impl Controller {
         (u16::from(done.0) | u16::from(done.1) << 1, changed)
     }
 
-    /// Reads some bits of one byte; main devices that poll the mailboxes through their process data map them.
+    /// Reads some bits of one byte. Used by main devices that map mailbox status bits into their process data to poll the mailboxes.
     fn read_bits(&mut self, fmmu: usize, physical: u16, of: &mut [u8]) -> bool {
         let (first, last, from) = (self.memory[fmmu + 6], self.memory[fmmu + 7], self.memory[fmmu + 10]);
         let (Some(to), true) = (of.first_mut(), first <= last && last < 8 && from < 8) else { return false };

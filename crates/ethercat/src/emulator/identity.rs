@@ -3,7 +3,7 @@
 use super::options::{DriveOptions, TerminalOptions};
 use cia402::emulated::{Access, Objects, PRODUCT, VENDOR};
 
-/// Writes the identity into the objects.
+/// Writes the identity to the object dictionary.
 pub fn identify(objects: &mut Objects, options: &DriveOptions, serial: u32) {
     use Access::Constant;
     // A drive is a CiA 402 device, a terminal a modular one.

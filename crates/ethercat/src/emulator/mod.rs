@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An emulated EtherCAT segment: drives and terminals on a line, as a main device sees them through its frames.
+//! An emulated EtherCAT segment: drives and terminals on a line, as a main device sees them through their frames.
 //!
 //! | | |
 //! |---|---|
-//! | [`Segment`] | the line: passes a frame through all subdevices, loses and spoils frames, cuts cables, switches drives off |
+//! | [`Segment`] | the line: passes a frame through all subdevices, loses and corrupts frames, cuts cables, switches drives off |
 //! | `controller` | the memory of a subdevice: registers, SyncManagers, FMMUs, EEPROM |
 //! | `clock` | its distributed clock, with SYNC0 |
 //! | `subdevice` | its states |

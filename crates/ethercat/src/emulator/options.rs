@@ -11,27 +11,27 @@ pub struct DriveOptions {
     /// Initial position of its axis, counts.
     #[serde(default)]
     pub position: i32,
-    /// True, the default, if it has a watchdog of its outputs.
+    /// True (the default) if its outputs have a watchdog.
     pub watchdog: Option<bool>,
-    /// Positions of the limit switches of its machine, counts; omitted: it has none.
+    /// Positions of the limit switches of its machine, counts; if omitted, it has no limit switches.
     pub limits: Option<[f64; 2]>,
-    /// Speed at which a load falls if neither brake nor motor holds it, counts/s; omitted: there is neither load nor brake.
+    /// Speed at which a load falls if neither the brake nor the motor holds it, counts/s; if omitted, there is neither load nor brake.
     pub falls: Option<f64>,
-    /// Serial number; omitted: position in the list, from 1.
+    /// Serial number; defaults to the position in the list, starting at 1.
     pub serial: Option<u32>,
     /// Configured station alias; 0 for none.
     #[serde(default)]
     pub alias: u16,
-    /// Channels of a terminal; omitted: it is a drive.
+    /// Channels of a terminal; if omitted, the subdevice is a drive.
     pub terminal: Option<TerminalOptions>,
-    /// Drift of its clock, millionths; positive if it is too fast.
+    /// Drift of its clock, parts per million; positive if it runs too fast.
     #[serde(default)]
     pub clock_ppm: f64,
     /// Time that a frame takes from the previous subdevice to this one, ns; default 350.
     pub cable_ns: Option<u64>,
 }
 
-/// Channels of a terminal, either digital or analog; a terminal without channels is a coupler.
+/// Channels of a terminal, either all digital or all analog; a terminal without channels is a coupler.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct TerminalOptions {
@@ -42,12 +42,12 @@ pub struct TerminalOptions {
 }
 
 impl TerminalOptions {
-    /// Returns the product code, which differs for each kind.
+    /// Returns the product code, which depends on the channels.
     pub fn product(&self) -> u32 {
         0x8000_0000 | u32::from_le_bytes([self.digital_inputs, self.digital_outputs, self.analog_inputs, self.analog_outputs])
     }
 
-    /// Returns true for analog terminals, which have objects, and a mailbox through which these are read.
+    /// Returns true for analog terminals, which have objects and a mailbox through which the objects are read.
     pub fn has_objects(&self) -> bool {
         self.analog_inputs > 0 || self.analog_outputs > 0
     }

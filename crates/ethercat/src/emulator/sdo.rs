@@ -5,10 +5,10 @@ use cia402::emulated::Objects;
 
 /// Maximum length of the mailbox's answers, bytes.
 pub const MAILBOX_LEN: usize = 128;
-/// Number of value bytes in a first message and in a segment.
+/// Number of value bytes in the first message of a transfer, and in a segment.
 const FIRST: usize = MAILBOX_LEN - coe::SDO_LEN;
 const SEGMENT: usize = MAILBOX_LEN - coe::SDO_AT - 1;
-/// Maximum length of a value; longer ones are refused.
+/// Maximum length of a value; longer values are refused.
 const LONGEST: usize = 4096;
 const NO_COMMAND: u32 = 0x0504_0001;
 const TOGGLE: u32 = 0x0503_0000;
@@ -22,7 +22,7 @@ struct Transfer {
     toggle: bool,
 }
 
-/// The mailbox's side of a transfer.
+/// Mailbox server that transfers one object at a time.
 pub struct SdoServer {
     transfer: Option<Transfer>,
     last_counter: u8,
@@ -112,7 +112,7 @@ impl SdoServer {
         Ok(())
     }
 
-    /// Returns the transfer that continues with this toggle bit.
+    /// Returns the transfer if it continues with this toggle bit.
     fn next(&mut self, toggle: bool) -> Result<&mut Transfer, (Entry, u32)> {
         let transfer = self.transfer.as_mut().ok_or((Entry { index: 0, sub: 0 }, NO_COMMAND))?;
         if transfer.toggle != toggle {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The line: passes a frame through all subdevices, and simulates faults of frames and of the line.
+//! The line: passes a frame through all subdevices, and simulates faults in frames and on the line.
 use super::options::DriveOptions;
 use super::subdevice::{Subdevice, SyncHistory};
 use crate::frames::{self, Command, Datagram, MalformedFrame};
@@ -15,10 +15,10 @@ pub struct Counts {
     pub spoiled: u64,
 }
 
-/// Drives and terminals on a line.
+/// The drives and terminals on a line.
 pub struct Segment {
     subdevices: Vec<Subdevice>,
-    /// Position of the subdevice before which the line ends.
+    /// Position of the subdevice before which the line is cut.
     cut_at: usize,
     lose: u64,
     spoil: u64,
@@ -27,13 +27,13 @@ pub struct Segment {
 }
 
 impl Segment {
-    /// Creates a line of these drives and terminals, in order.
+    /// Creates a line with these drives and terminals, in order.
     pub fn new(drives: &[DriveOptions]) -> Segment {
         let subdevices: Vec<Subdevice> = (1..).zip(drives).map(|(place, options)| Subdevice::new(options, options.serial.unwrap_or(place))).collect();
         Segment { cut_at: subdevices.len(), subdevices, lose: 0, spoil: 0, random: 1, counts: Counts::default() }
     }
 
-    /// Passes a frame through the line at this time; returns false if it is lost.
+    /// Passes a frame through the line at this time; returns false if the frame is lost.
     pub fn pass(&mut self, frame: &mut [u8], now_ns: u64) -> bool {
         let reached = self.reached();
         self.counts.frames += 1;
@@ -65,12 +65,12 @@ impl Segment {
         true
     }
 
-    /// Advances time while no frame arrives.
+    /// Advances time when no frames arrive.
     pub fn go_on(&mut self, now_ns: u64) {
         self.subdevices.iter_mut().filter(|subdevice| subdevice.is_on).for_each(|subdevice| subdevice.go_on(now_ns, None));
     }
 
-    /// Returns the number of subdevices that a frame reaches: a subdevice without supply ends the line as a cut cable does.
+    /// Returns the number of subdevices that a frame reaches; a subdevice without power ends the line like a cut cable.
     fn reached(&self) -> usize {
         let off = self.subdevices.iter().position(|subdevice| !subdevice.is_on).unwrap_or(self.subdevices.len());
         off.min(self.cut_at)
@@ -123,7 +123,7 @@ impl Segment {
         self.cut_at = self.subdevices.len();
     }
 
-    /// Swaps two drives on the line, as happens when cables are mixed up. Both lose their supply meanwhile.
+    /// Swaps two drives on the line, as happens when cables are mixed up. Both are without power meanwhile.
     pub fn swap(&mut self, position: usize, other: usize) {
         if position.max(other) < self.subdevices.len() {
             self.subdevices.swap(position, other);
@@ -134,14 +134,14 @@ impl Segment {
         }
     }
 
-    /// Switches the supply of a drive; when it returns, the drive is reset.
+    /// Switches the power supply of a drive. A drive that is switched on again has been reset.
     pub fn power(&mut self, position: usize, is_on: bool) {
         if let Some(subdevice) = self.subdevices.get_mut(position) {
             subdevice.power(is_on);
         }
     }
 
-    /// Triggers a fault in a drive: an error code of CiA 402.
+    /// Triggers a fault with a CiA 402 error code in a drive.
     pub fn fail(&mut self, position: usize, error: u16) {
         if let Some(subdevice) = self.subdevices.get_mut(position) {
             subdevice.fail(error);
@@ -155,7 +155,7 @@ impl Segment {
         }
     }
 
-    /// Sets the value at an input of a terminal: 0 and 1, or counts.
+    /// Sets the value at an input of a terminal: 0 or 1, or counts.
     pub fn put(&mut self, position: usize, input: usize, value: i64) {
         if let Some(subdevice) = self.subdevices.get_mut(position) {
             subdevice.put(input, value);
@@ -167,17 +167,17 @@ impl Segment {
         self.subdevices.get(position)?.terminal().map(|terminal| terminal.carried())
     }
 
-    /// Returns an object of a drive as a number, as on its display.
+    /// Returns an object of a drive as a number, as its display would show it.
     pub fn number(&self, position: usize, index: u16) -> i64 {
         self.subdevices.get(position).map_or(0, |subdevice| subdevice.number(index))
     }
 
-    /// Returns the history of a drive's clock and its SYNC0.
+    /// Returns the history of a drive's clock and SYNC0.
     pub fn synced(&self, position: usize) -> SyncHistory {
         self.subdevices.get(position).map(Subdevice::synced).unwrap_or_default()
     }
 
-    /// Clears the history of SYNC0.
+    /// Clears the SYNC0 history.
     pub fn forget_synced(&mut self) {
         self.subdevices.iter_mut().for_each(Subdevice::forget_synced);
     }
@@ -191,7 +191,7 @@ impl Segment {
         self.subdevices.get(position).map(Subdevice::state)
     }
 
-    /// Returns the state of a subdevice, and its error, by name.
+    /// Returns the name of a subdevice's state, and of its error.
     pub fn status(&self, position: usize) -> String {
         self.subdevices.get(position).map_or_else(String::new, Subdevice::status)
     }

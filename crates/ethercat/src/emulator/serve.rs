@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Answers the frames of an interface with an emulated segment: in a thread, or as a separate process.
+//! Answers the frames on an interface with an emulated segment, in a thread or as a separate process.
 use super::options::DriveOptions;
 use super::segment::Segment;
 use crate::frames::FRAME_MAX;
@@ -14,18 +14,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Period at which a server checks for its stop.
+/// Interval at which a server checks whether it must stop.
 const NOTICE: Duration = Duration::from_millis(50);
-/// Priority above the sources of a system.
+/// Priority of a segment's thread, above that of the sources of a system.
 const PRIORITY: u8 = 90;
 
-/// A segment that answers until it is dropped.
+/// A segment that answers frames until it is dropped.
 pub type Server = emulated::Server<Segment>;
 
-/// Answers on an interface, or on a local socket (`local:NAME`), in a separate thread.
+/// Answers frames on an interface, or on a local socket (`local:NAME`), in a separate thread.
 ///
 /// # Errors
-/// Fails if there is no such interface, or no right to use it.
+/// Fails if the interface does not exist, or if the process lacks the privileges to use it.
 pub fn serve(interface: &str, segment: Segment) -> io::Result<Server> {
     let start = Instant::now();
     // Time begins at 1 s, so that no time is 0.
@@ -33,8 +33,8 @@ pub fn serve(interface: &str, segment: Segment) -> io::Result<Server> {
     serve_by(interface, segment, time, Idle::GoesOn)
 }
 
-/// Serves as [`serve`] does, at times returned by `time` for each frame, ns, which never decrease. A test then does not depend on the
-/// load.
+/// Serves as [`serve`] does, using for each frame the time that `time` returns, ns; it must never decrease. A test then does not depend
+/// on the system load.
 ///
 /// # Errors
 /// Fails as [`serve`] does.
@@ -42,10 +42,10 @@ pub fn serve_at(interface: &str, segment: Segment, time: impl FnMut() -> u64 + S
     serve_by(interface, segment, time, Idle::Stands)
 }
 
-/// Course of a segment's time while no frame arrives.
+/// Behaviour of a segment's time when no frames arrive.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Idle {
-    /// Time passes, and drives notice the lack of commands, as real ones do.
+    /// Time elapses, and drives notice the lack of commands, as real drives do.
     GoesOn,
     Stands,
 }
@@ -106,9 +106,9 @@ enum Order {
     Show,
 }
 
-/// Runs a process that is a segment. The first line of its input contains its options, `{"interface": "veth1", "drives": [{"name":
-/// "x"}]}`; each further line is a command, `{"do": "cut", "position": 1}`, answered by a line with the state of the segment. The process
-/// ends with its input.
+/// Main function of a process that emulates a segment. The first line of its input contains its options, `{"interface": "veth1",
+/// "drives": [{"name": "x"}]}`; each subsequent line is a command, `{"do": "cut", "position": 1}`, which the process answers with one
+/// line that contains the state of the segment. The process exits when its input ends.
 ///
 /// # Errors
 /// Fails with a message.

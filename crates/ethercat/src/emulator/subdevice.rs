@@ -14,24 +14,24 @@ use crate::sii::{self, Contents, Identity, SyncManager};
 use crate::states::{ERROR, State};
 use cia402::emulated::{Drive, MappedObject, Objects, PRODUCT, VENDOR};
 
-/// Addresses of its mailboxes.
+/// Addresses of a subdevice's mailboxes.
 const MAILBOXES: [u16; 2] = [0x1000, 0x1080];
 const OUTPUTS: u16 = 0x1100;
 const INPUTS: u16 = 0x1180;
-/// SyncManagers of the process data of a subdevice with a mailbox.
+/// SyncManagers for the process data of a subdevice with a mailbox.
 const DRIVE_OUTPUTS: usize = 2;
 const DRIVE_INPUTS: usize = 3;
-/// AL status code of an expired watchdog.
+/// AL status code for an expired watchdog.
 const WATCHDOG: u16 = 0x001B;
 
-/// History of SYNC0 and the clock of a drive.
+/// History of the SYNC0 and the clock of a drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct SyncHistory {
-    /// Delay of a frame from the reference clock, as written by a main device, ns.
+    /// Delay from the reference clock, as written by a main device, ns.
     pub delay_ns: u32,
-    /// Difference of its time from that of the reference clock, ns.
+    /// Difference between the drive's time and that of the reference clock, ns.
     pub difference_ns: i64,
-    /// Number of SYNC0 events in OP, and of those without new outputs.
+    /// Number of SYNC0 events in OP, and number of such events without new outputs.
     pub sync0: u64,
     pub missed: u64,
     /// Minimum and maximum time by which new outputs preceded SYNC0, ns.
@@ -39,7 +39,7 @@ pub struct SyncHistory {
     pub margin_ns_max: u64,
 }
 
-/// Application of the subdevice.
+/// Application layer of the subdevice.
 enum Application {
     Drive(Drive),
     Terminal(Terminal),
@@ -61,7 +61,7 @@ pub struct Subdevice {
     written_ns: u64,
     stepped_ns: u64,
     synced: SyncHistory,
-    /// True if outputs wait for SYNC0.
+    /// True if outputs are waiting for SYNC0.
     is_fresh: bool,
     pub is_on: bool,
 }
@@ -104,7 +104,7 @@ impl Subdevice {
         }
     }
 
-    /// Switches the supply. When it returns, the subdevice is reset, but its axis has not moved.
+    /// Switches the power supply. A subdevice that is switched on again has been reset, but its axis has not moved.
     pub fn power(&mut self, is_on: bool) {
         if is_on && !self.is_on {
             let options = DriveOptions { position: self.position(), ..self.options.clone() };
@@ -118,7 +118,7 @@ impl Subdevice {
         self.number(0x6064) as i32
     }
 
-    /// Returns an object as a number; 0 if there is none.
+    /// Returns an object as a number; 0 if it does not exist.
     pub fn number(&self, index: u16) -> i64 {
         self.objects.find(crate::coe::Entry { index, sub: 0 }).map_or(0, |at| self.objects.number(at))
     }
@@ -127,7 +127,7 @@ impl Subdevice {
         self.state
     }
 
-    /// Returns the state, and its error, by name.
+    /// Returns the name of the state, and of the error.
     pub fn status(&self) -> String {
         crate::states::describe(self.controller.word(reg::AL_STATUS), self.controller.word(reg::AL_CODE))
     }
@@ -167,7 +167,7 @@ impl Subdevice {
         }
     }
 
-    /// Sets the ports that have a neighbour.
+    /// Sets which ports have a neighbour.
     pub fn set_links(&mut self, is_last: bool) {
         // The application runs; there is communication on port 0 and, unless it is the last, on port 1; the other ports are closed.
         let links = if is_last { 0x0010 | 0x0200 | 0x0400 } else { 0x0030 | 0x0200 | 0x0800 };
@@ -179,7 +179,7 @@ impl Subdevice {
         self.options.cable_ns.unwrap_or(350)
     }
 
-    /// Returns its system time at a true time.
+    /// Returns the subdevice's system time at a true time.
     pub fn system_ns(&self, now_ns: u64) -> u64 {
         let mut clock = self.controller.clock.clone();
         clock.go_on(now_ns);
@@ -194,7 +194,7 @@ impl Subdevice {
         SyncHistory { delay_ns: u32::from(delay[0]) | u32::from(delay[1]) << 16, difference_ns, ..self.synced }
     }
 
-    /// Counts the SYNC0 events since the last frame: outputs that arrived before them take effect.
+    /// Counts the SYNC0 events since the last frame; outputs that arrived before these events take effect.
     fn sync(&mut self) {
         let system_ns = self.controller.system_ns();
         let came = self.controller.clock.synced(system_ns);
@@ -208,7 +208,7 @@ impl Subdevice {
         }
     }
 
-    /// Notes new outputs, which take effect with SYNC0 if there is one.
+    /// Records that new outputs have arrived; they take effect at SYNC0 if it is active.
     fn outputs_came(&mut self) {
         let Some(next_ns) = self.controller.clock.next_sync_ns() else { return self.take_outputs() };
         let margin_ns = next_ns.saturating_sub(self.controller.system_ns());
@@ -219,12 +219,13 @@ impl Subdevice {
         self.is_fresh = true;
     }
 
-    /// Clears the history of SYNC0.
+    /// Clears the SYNC0 history.
     pub fn forget_synced(&mut self) {
         self.synced = SyncHistory::default();
     }
 
-    /// Advances axis, clock and watchdog to this time; a frame arrives now that returns from the following subdevices after `behind_ns`.
+    /// Advances the axis, clock and watchdog to this time. A frame arrives at this time, and returns from the subsequent subdevices after
+    /// `behind_ns`.
     pub fn go_on(&mut self, now_ns: u64, behind_ns: Option<u64>) {
         let span_ns = if self.stepped_ns == 0 { 0 } else { now_ns.saturating_sub(self.stepped_ns) };
         self.stepped_ns = now_ns;
@@ -245,12 +246,12 @@ impl Subdevice {
         }
     }
 
-    /// Returns true if missing outputs end its operation.
+    /// Returns true if the subdevice leaves OP when outputs are missing.
     fn is_watched(&self) -> bool {
         self.controller.wiring().outputs.iter().any(|manager| self.controller.is_watched(*manager))
     }
 
-    /// Handles a datagram addressed to it, or to all.
+    /// Handles a datagram addressed to this subdevice or to all.
     pub fn access(&mut self, of: &Datagram, frame: &mut [u8], reads: bool, writes: bool, now_ns: u64) {
         let memory = (of.address >> 16) as u16;
         let is_all = matches!(of.command, Command::AllRead | Command::AllReadWrite);
@@ -361,7 +362,7 @@ impl Subdevice {
     }
 }
 
-/// Returns the contents of its EEPROM, and the SyncManagers with their purposes.
+/// Returns the contents of the EEPROM, and the SyncManagers and their purposes.
 fn contents(options: &DriveOptions, serial: u32, application: &Application) -> (Contents, Wiring) {
     // A main device may assume that subdevices of one product exchange the same objects.
     let product = options.terminal.as_ref().map_or(PRODUCT, TerminalOptions::product);

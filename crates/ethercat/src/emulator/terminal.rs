@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An emulated terminal of inputs and outputs: digital ones without a mailbox, analog ones with objects.
+//! An emulated input and output terminal: a digital one without a mailbox, or an analog one with objects.
 use super::options::TerminalOptions;
 use crate::coe::Entry;
 use crate::sii::{Pdo, PdoEntry, SyncManager};
 use cia402::emulated::{Access, Objects};
 
-/// Data types of CoE.
+/// CoE data types.
 const BOOL: u8 = 1;
 const INTEGER16: u8 = 3;
-/// Channels per byte.
+/// Number of channels per byte.
 const IN_A_BYTE: usize = 8;
-/// Length of an analog input, status and value, and of an analog output, bytes.
+/// Length of an analog input (status and value), and of an analog output, bytes.
 const ANALOG_INPUT: usize = 4;
 const ANALOG_OUTPUT: usize = 2;
 /// Addresses of digital outputs and inputs in the memory of a controller without a mailbox.
@@ -38,7 +38,8 @@ impl Terminal {
         self.options.has_objects()
     }
 
-    /// Returns its SyncManagers of process data, in the order of their numbers from `first` on: each byte of digital outputs has one.
+    /// Returns the SyncManagers for the terminal's process data, in the order of their numbers, starting at `first`; each byte of digital
+    /// outputs has its own.
     pub fn digital_managers(&self) -> Vec<SyncManager> {
         let manager = |start, len: usize, control, kind| SyncManager { start, len: len as u16, control, enable: 1, kind };
         let outputs = (0..self.outputs.len() as u16).map(|at| manager(DIGITAL_OUTPUTS + at, 1, 0x44, 3));
@@ -46,7 +47,7 @@ impl Terminal {
         outputs.chain(inputs).collect()
     }
 
-    /// Returns the PDOs listed in its EEPROM: those that it sends, and those that it receives.
+    /// Returns the PDOs listed in the EEPROM: those that the terminal sends, then those that it receives.
     pub fn pdos(&self) -> (Vec<Pdo>, Vec<Pdo>) {
         let of = &self.options;
         let entry = |index, sub, bits, kind, name: &str| PdoEntry { of: Entry { index, sub }, bits, kind, name: name.into() };
@@ -73,7 +74,7 @@ impl Terminal {
         ((0..of.digital_inputs).map(input).collect(), (0..of.digital_outputs).map(output).collect())
     }
 
-    /// Maps the objects that describe its process data.
+    /// Maps the objects that describe the terminal's process data.
     pub fn map(&self, objects: &mut Objects) {
         let (inputs, outputs) = self.pdos();
         for (assignment, pdos) in [(0x1C12u16, outputs), (0x1C13, inputs)] {
@@ -88,7 +89,7 @@ impl Terminal {
         }
     }
 
-    /// Sets the value at an input: 0 and 1, or counts.
+    /// Sets the value at an input: 0 or 1, or counts.
     pub fn put(&mut self, number: usize, value: i64) {
         if self.options.has_objects() {
             let at = ANALOG_INPUT * number + 2;
@@ -101,7 +102,7 @@ impl Terminal {
         }
     }
 
-    /// Returns its outputs.
+    /// Returns the terminal's outputs.
     pub fn carried(&self) -> Vec<i64> {
         if self.options.has_objects() {
             return self.outputs.chunks_exact(ANALOG_OUTPUT).map(|counts| i16::from_le_bytes([counts[0], counts[1]]).into()).collect();
@@ -110,7 +111,7 @@ impl Terminal {
         (0..self.options.digital_outputs.into()).map(bit).collect()
     }
 
-    /// Takes outputs from the memory of a SyncManager, which begins at byte `at` of them.
+    /// Takes outputs from the memory of a SyncManager, which starts at byte `at` of the outputs.
     pub fn take(&mut self, at: usize, bytes: &[u8]) {
         if let Some(to) = self.outputs.get_mut(at..at + bytes.len()) {
             to.copy_from_slice(bytes);
@@ -125,7 +126,7 @@ impl Terminal {
         self.outputs.len()
     }
 
-    /// Reacts to the loss of the controller: its outputs become 0.
+    /// Reacts to the loss of the controller: sets the outputs to 0.
     pub fn lose_communication(&mut self) {
         self.outputs.fill(0);
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Brings subdevices from any state to SAFEOP, with their process data at the addresses that the cycle uses.
+//! Brings subdevices from any state to SAFEOP, with their process data mapped to the addresses that the cycle uses.
 use super::bus::Bus;
 use super::clocks::{self, Clocks, Reference};
 use super::mapping::{self, Mapping, Window};
@@ -9,7 +9,7 @@ use crate::registers as reg;
 use crate::sii::SyncManager;
 use crate::states::State;
 
-/// Unit of the watchdog, ns: divider 2498 of a clock of 25 MHz.
+/// Watchdog time unit, ns, for divider 2498 and a 25 MHz clock.
 const WATCHDOG_UNIT_NS: i64 = 100_000;
 const WATCHDOG_DIVIDER: u16 = 2498;
 const FMMU_READS: u8 = 1;
@@ -18,20 +18,20 @@ const FMMU_WRITES: u8 = 2;
 /// Objects that a subdevice exchanges.
 #[derive(Clone, Debug)]
 pub enum Pdos {
-    /// The subdevice keeps its present objects.
+    /// The subdevice keeps its current objects.
     Device,
-    /// Written objects: index, subindex and bits in one number each, outputs and inputs.
+    /// Objects to map, for outputs and inputs: index, subindex and length in bits of each, packed into one number.
     Written(Vec<u32>, Vec<u32>),
-    /// Objects of a terminal; if it has none, its EEPROM lists them.
+    /// Objects that the terminal describes; if it has no objects, the entries listed in its EEPROM.
     Terminal,
 }
 
-/// A subdevice that exchanges process data, and their position in those of all.
+/// A subdevice that exchanges process data, with the position of its data among those of all subdevices.
 #[derive(Clone, Debug)]
 pub struct Station {
     pub subdevice: Subdevice,
     pub mapping: Mapping,
-    /// Offset from the start of all process data, bytes.
+    /// Offset from the start of the process data of all subdevices, bytes.
     pub outputs_at: usize,
     pub inputs_at: usize,
     pub is_synced: bool,
@@ -41,23 +41,23 @@ pub struct Station {
 pub struct SubdeviceSettings<'a> {
     pub position: usize,
     pub pdos: &'a Pdos,
-    /// Objects that are written in PREOP: entry, value, and whether a missing object is skipped.
+    /// Objects to write in PREOP, each with its entry, its value, and whether it is skipped if missing.
     pub settings: &'a [(Entry, Vec<u8>, bool)],
-    /// True if it takes its outputs with SYNC0, provided that clocks are used.
+    /// True if the subdevice applies its outputs at SYNC0, provided that clocks are used.
     pub is_synced: bool,
 }
 
-/// A line that was brought up: the subdevices in the requested order, and the total bytes of outputs and inputs.
+/// A line that was brought up: the subdevices in the requested order, and the total number of output bytes and of input bytes.
 pub struct Line {
     pub stations: Vec<Station>,
     pub outputs: usize,
     pub inputs: usize,
     pub reference: Option<Reference>,
-    /// System time at which SYNC0 of all subdevices has started.
+    /// System time at which SYNC0 starts in all subdevices.
     pub synced_from_ns: Option<u64>,
 }
 
-/// Brings the requested subdevices of a taken line to SAFEOP, with their clocks and SYNC0 if `clocks` is passed.
+/// Brings the requested subdevices of a line that was taken over to SAFEOP, with their clocks and SYNC0 if `clocks` is passed.
 ///
 /// # Errors
 /// Fails with a message that names the subdevice.
@@ -114,7 +114,7 @@ fn to_pre_op(bus: &mut Bus, subdevice: &Subdevice, want: &SubdeviceSettings<'_>)
     mapping::read(bus, subdevice, &mut mailbox)
 }
 
-/// Brings a terminal to PREOP: it exchanges the data described by its objects, if it has any, or else by its EEPROM.
+/// Brings a terminal to PREOP. It exchanges the data described by its objects or, if it has none, by its EEPROM.
 fn terminal_to_pre_op(bus: &mut Bus, subdevice: &Subdevice) -> Result<Mapping, String> {
     let contents = &subdevice.contents;
     for (number, manager) in (0..).zip(&contents.sync_managers).filter(|(_, manager)| matches!(manager.kind, 1 | 2)) {
@@ -154,7 +154,7 @@ fn to_safe_op(bus: &mut Bus, station: &Station, watchdog_ns: i64, clocks: Option
     Ok(begins_ns)
 }
 
-/// Merges windows that are adjacent in the subdevice's memory into one span, because it may have a single FMMU for them.
+/// Merges windows that are adjacent in the subdevice's memory into one, because the subdevice may have only a single FMMU for them.
 fn joined(windows: &[Window]) -> Vec<Window> {
     let mut spans: Vec<Window> = Vec::new();
     for window in windows {
@@ -173,7 +173,7 @@ fn set_sync_manager(bus: &mut Bus, station: u16, number: u16, manager: &SyncMana
     bus.write(station, reg::SYNC_MANAGER + number * reg::SYNC_MANAGER_LEN, &[start, start_high, low, high, manager.control, 0, 1, 0])
 }
 
-/// Returns an FMMU of whole bytes at this logical address.
+/// Returns an FMMU that maps whole bytes at this logical address.
 fn fmmu_of(logical: usize, len: usize, physical: u16, kind: u8) -> [u8; 16] {
     let mut fmmu = [0; 16];
     fmmu[..4].copy_from_slice(&(logical as u32).to_le_bytes());

@@ -1,19 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Access to a segment off the cycle: sends one datagram after another, and waits for each.
+//! Access to a segment outside the cycle: sends one datagram at a time, and waits for its return.
 use crate::frames::{self, Builder, Command, Datagram, FRAME_MAX};
 use crate::link::Link;
 use std::io::ErrorKind;
 use std::time::{Duration, Instant};
 
-/// Time limit of an answer before the frame is sent again, and number of tries.
+/// Time to wait for an answer before the frame is sent again, and maximum number of attempts.
 const TRY: Duration = Duration::from_millis(200);
 const TRIES: usize = 10;
-/// First index of frames off the cycle; those of the cycle are below. Both receive each other's answers on the same interface.
+/// First index of frames sent outside the cycle; frames of the cycle have smaller ones. Both receive each other's answers on the same
+/// interface.
 pub const OFF_CYCLE: u8 = 0x80;
-/// Source address of the frames: not that of any adapter.
+/// Source address of the frames, which no network adapter has.
 pub const SOURCE: [u8; 6] = [0x10, 0x47, 0x50, 0x41, 0x43, 0x01];
 
-/// Access to a segment off the cycle.
+/// Access to a segment outside the cycle.
 pub struct Bus {
     link: Link,
     frame: Box<[u8; FRAME_MAX]>,
@@ -31,7 +32,7 @@ impl Bus {
     /// Opens the interface.
     ///
     /// # Errors
-    /// Fails with a message if there is none of that name, or no right to use it.
+    /// Fails with a message if there is no interface with this name, or if the process lacks the privileges to use it.
     pub fn open(interface: &str) -> Result<Bus, String> {
         let link = open_link(interface)?;
         Ok(Bus { link, frame: Box::new([0; FRAME_MAX]), received: Box::new([0; FRAME_MAX]), index: OFF_CYCLE })
@@ -83,30 +84,30 @@ impl Bus {
         }
     }
 
-    /// Reads memory of the subdevice with that station address.
+    /// Reads memory of the subdevice with this station address.
     ///
     /// # Errors
-    /// Fails with a message if it does not answer.
+    /// Fails with a message if the subdevice does not answer.
     pub fn read(&mut self, station: u16, memory: u16, len: usize) -> Result<Vec<u8>, String> {
         self.try_read(station, memory, len)?.ok_or_else(|| silent(station))
     }
 
-    /// Reads as [`Bus::read`] does; returns `None` if the memory cannot be read now, such as an empty mailbox.
+    /// Reads as [`Bus::read`] does; returns `None` if the memory cannot be read now, for example because a mailbox is empty.
     pub fn try_read(&mut self, station: u16, memory: u16, len: usize) -> Result<Option<Vec<u8>>, String> {
         let zeros = [0; FRAME_MAX];
         let answer = self.ask(Command::StationRead, frames::at(station, memory), &zeros[..len])?;
         Ok((answer.counter == 1).then_some(answer.data))
     }
 
-    /// Writes memory of the subdevice with that station address.
+    /// Writes memory of the subdevice with this station address.
     ///
     /// # Errors
-    /// Fails with a message if it does not answer.
+    /// Fails with a message if the subdevice does not answer.
     pub fn write(&mut self, station: u16, memory: u16, data: &[u8]) -> Result<(), String> {
         if self.try_write(station, memory, data)? { Ok(()) } else { Err(silent(station)) }
     }
 
-    /// Writes as [`Bus::write`] does; returns false if the memory cannot be written now, such as a full mailbox.
+    /// Writes as [`Bus::write`] does; returns false if the memory cannot be written now, for example because a mailbox is full.
     pub fn try_write(&mut self, station: u16, memory: u16, data: &[u8]) -> Result<bool, String> {
         Ok(self.ask(Command::StationWrite, frames::at(station, memory), data)?.counter == 1)
     }
@@ -117,7 +118,7 @@ impl Bus {
     }
 }
 
-/// Opens an interface; a failure includes the remedy.
+/// Opens an interface; the error message includes the remedy.
 pub fn open_link(interface: &str) -> Result<Link, String> {
     Link::open(interface).map_err(|error| {
         let remedy = match error.kind() {

@@ -1,23 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Distributed clocks: one system time for all subdevices, equal to that of this host, and SYNC0 derived from it.
+//! Distributed clocks: all subdevices share one system time, which follows this host's clock; SYNC0 is derived from it.
 //!
-//! The first subdevice with a clock is the reference. Delays are measured, and each clock gets an offset to the time of this host and the
-//! delay from the reference. The clocks themselves correct the rest, and the drift of their quartzes, by the time of the reference, which
-//! passes all of them in each frame. The reference follows this host in the same way (decision 105).
+//! The first subdevice with a clock is the reference clock. At startup, the propagation delays are measured, and each clock is given its
+//! offset from host time and its delay from the reference clock. After that, every frame carries the reference clock's time past all the
+//! other clocks, which use it to correct the remaining difference and their oscillator drift. The reference clock is synchronised to the
+//! host in the same way (decision 105).
 use super::bus::Bus;
 use super::delays::{Ports, delays};
 use super::subdevices::Subdevice;
 use crate::frames::{self, Command, u16_at, u32_at};
 use crate::registers as reg;
 
-/// Period of SYNC0, and its shift from the multiples of that period.
+/// Period of SYNC0, and its shift relative to multiples of the period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sync0 {
     pub cycle_ns: u32,
     pub shift_ns: u32,
 }
 
-/// Settings of the clocks of a line: SYNC0, and the time of this host in ns.
+/// Settings of the clocks of a line: SYNC0, and a function that returns this host's time in ns.
 pub struct Clocks<'a> {
     pub sync0: Sync0,
     pub now_ns: &'a dyn Fn() -> u64,
@@ -27,23 +28,23 @@ pub struct Clocks<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reference {
     pub station: u16,
-    /// Working counter of the datagram that distributes its time: the reference and the clocks that follow.
+    /// Expected working counter of the datagram that distributes its time: counts the reference clock and the clocks that follow it.
     pub counted: u16,
 }
 
-/// Number of measurements of the delays, and of time distributions before SYNC0 starts.
+/// Number of delay measurements, and number of time distributions before SYNC0 starts.
 const MEASURED: usize = 8;
 const PASSES: usize = 500;
-/// Resets the filters of a clock.
+/// Value that resets the filters of a clock when it is written.
 const SPEED: u16 = 0x1000;
-/// Delay until SYNC0 starts; if this is too short for a slow host, it is doubled.
+/// Delay until SYNC0 starts; doubled if it is too short for a slow host.
 const LEAD_NS: u64 = 20_000_000;
 const TRIES: u32 = 8;
 
-/// Sets all clocks to the time of this host. Returns the reference clock.
+/// Sets all clocks to this host's time. Returns the reference clock.
 ///
 /// # Errors
-/// Fails with a message if no subdevice has a clock, or if one does not answer.
+/// Fails with a message if no subdevice has a clock, or if a subdevice does not answer.
 pub fn synchronise(bus: &mut Bus, line: &[Subdevice], clocks: &Clocks<'_>) -> Result<Reference, String> {
     let mut has_clock = Vec::with_capacity(line.len());
     for subdevice in line {
@@ -77,7 +78,7 @@ pub fn synchronise(bus: &mut Bus, line: &[Subdevice], clocks: &Clocks<'_>) -> Re
     Ok(Reference { station, counted })
 }
 
-/// Times of one frame, the time at which this host sent it, and its duration.
+/// Reception times of one frame, the time at which this host sent it, and its round-trip time.
 struct LatchedTimes {
     ports: Vec<Ports>,
     local_ns: Vec<u64>,
@@ -107,10 +108,10 @@ fn latch(bus: &mut Bus, line: &[Subdevice], has_clock: &[bool], clocks: &Clocks<
     Ok(latched)
 }
 
-/// Starts SYNC0 of a subdevice, in PREOP. Returns the system time of its start.
+/// Starts SYNC0 in a subdevice that is in PREOP. Returns the system time of its start.
 ///
 /// # Errors
-/// Fails with a message if the subdevice has no clock, or does not answer.
+/// Fails with a message if the subdevice has no clock or does not answer.
 pub fn start_sync0(bus: &mut Bus, subdevice: &Subdevice, sync0: Sync0) -> Result<u64, String> {
     let to = subdevice.station;
     if u16_at(&bus.read(to, reg::FEATURES, 2)?, 0) & reg::HAS_CLOCK == 0 {

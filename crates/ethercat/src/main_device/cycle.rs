@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The frame of each cycle: all process data, the state of each subdevice, and the time. Nothing here allocates or waits.
+//! The frame of each cycle: all process data, the state of each subdevice, and the time. Nothing here allocates or blocks.
 use super::bring_up::{Line, Station};
 use super::bus::{OFF_CYCLE, SOURCE};
 use super::clocks::Reference;
@@ -8,7 +8,7 @@ use crate::link::Link;
 use crate::registers as reg;
 use crate::states::State;
 
-/// Maximum number of frames checked in one reading; frames of services arrive too.
+/// Maximum number of frames to check in one reading, because frames of services also arrive.
 const LOOKED_AT: usize = 32;
 
 /// The frame, as sent and as returned.
@@ -29,18 +29,18 @@ pub struct Cycle {
 
 /// Datagrams of the distributed clocks.
 struct Time {
-    /// Sends the time of this host to the reference clock; it has no effect until that time is known.
+    /// Sends this host's time to the reference clock. Has no effect until that time is known.
     follow: Datagram,
-    /// Distributes the time of the reference clock to all others.
+    /// Distributes the time of the reference clock to all other clocks.
     pass: Datagram,
     counted: u16,
-    /// Reads the difference to the reference clock from one subdevice after another.
+    /// Reads the difference from the reference clock, from one subdevice after another.
     difference: Datagram,
     /// Station addresses of the subdevices with SYNC0, and the index of the one being read.
     synced: Vec<u16>,
     asked: usize,
     differences_ns: Vec<u32>,
-    /// Low halves of both times.
+    /// Low halves of the times of this host and of the reference clock.
     told_ns: u32,
     reference_ns: u32,
 }
@@ -50,28 +50,28 @@ struct Time {
 pub struct Timing {
     /// Maximum difference of an axis from the reference clock, ns.
     pub difference_ns: u32,
-    /// Difference of the reference clock from the time that was last sent to it, ns.
+    /// Difference of the reference clock from the time most recently sent to it, ns.
     pub reference_ns: i32,
 }
 
-/// Reason why a frame is not the answer to the one that was sent.
+/// Reason why a frame is not the answer to the frame that was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AnswerError {
     Malformed(MalformedFrame),
     /// The frame belongs to another cycle, or to another main device.
     Other,
-    /// The frame contains other datagrams, or outputs that were not sent.
+    /// The frame contains different datagrams, or outputs that were not sent.
     Changed,
 }
 
 /// Answer to the frame that was sent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameAnswer {
-    /// All subdevices responded as expected; the inputs are new.
+    /// All subdevices responded as expected, and the inputs are new.
     Whole,
-    /// The frame came back, but not all subdevices responded as expected.
+    /// The frame returned, but not all subdevices responded as expected.
     Short,
-    /// The frame did not come back.
+    /// The frame did not return.
     Nothing,
     /// No frame was sent.
     NotAsked,
@@ -103,19 +103,18 @@ impl Cycle {
         Some(Cycle { link, received: boxed(), newest: frame.clone(), frame, len, process, states, time, outputs, expected, index: 0, is_out: false })
     }
 
-    /// Returns all outputs for writing, before [`Cycle::send`].
+    /// Returns all outputs for writing. Call this before [`Cycle::send`].
     pub fn outputs(&mut self) -> &mut [u8] {
         let at = self.process.data_at();
         &mut self.frame[at..at + self.outputs]
     }
 
-    /// Returns the process data that were last returned: outputs, then inputs.
+    /// Returns the most recently returned process data: outputs, then inputs.
     pub fn newest(&self) -> &[u8] {
         self.process.data(&self.newest[..])
     }
 
-    /// Sends the frame, with the time of this host if there are clocks that have to follow it. An answer to the previous frame is then
-    /// ignored.
+    /// Sends the frame, with this host's time if clocks must follow it. Answers to the previous frame are ignored afterwards.
     ///
     /// # Errors
     /// Fails if the interface is down.
@@ -132,7 +131,7 @@ impl Cycle {
         self.link.send(&self.frame[..self.len])
     }
 
-    /// Checks the received frames, and returns the answer to the last frame that was sent. `refused` counts rejected frames.
+    /// Checks the received frames, and returns the answer to the last frame sent. `refused` is called for each rejected frame.
     ///
     /// # Errors
     /// Fails if the interface is down.
@@ -157,7 +156,7 @@ impl Cycle {
         Ok(FrameAnswer::Nothing)
     }
 
-    /// Waits for the answer, off the cycle.
+    /// Waits for the answer. Only for use outside the cycle.
     pub fn wait(&mut self, time: std::time::Duration) -> std::io::Result<FrameAnswer> {
         let until = std::time::Instant::now() + time;
         loop {
@@ -170,12 +169,11 @@ impl Cycle {
         }
     }
 
-    /// Checks that a frame is the answer to the one that was sent, with the same datagrams and the same outputs, and returns whether all
-    /// subdevices responded as expected.
+    /// Checks that a frame is the answer to the frame that was sent, with the same datagrams and outputs. Returns whether all subdevices
+    /// responded as expected.
     ///
     /// # Errors
-    /// Fails with the reason if it is not. A flipped bit in the inputs is detected only by the Ethernet checksum, which the
-    /// adapter checks.
+    /// Fails with the reason if it is not the answer. A flipped bit in the inputs is detected only by the Ethernet checksum, which the adapter checks.
     pub fn check(&self, frame: &[u8]) -> Result<FrameAnswer, AnswerError> {
         let mut all = frames::datagrams(frame).map_err(AnswerError::Malformed)?;
         for sent in std::iter::once(&self.process).chain(&self.states).chain(self.time.iter().flat_map(Time::datagrams)) {
@@ -200,14 +198,14 @@ impl Cycle {
         Ok(if is_whole { FrameAnswer::Whole } else { FrameAnswer::Short })
     }
 
-    /// Returns state and code of the subdevice of this index in the last frame, or `None` if it did not answer.
+    /// Returns the state and status code of the subdevice with this index in the last frame; `None` if it did not answer.
     pub fn state(&self, of: usize) -> Option<(u16, u16)> {
         let of = self.states.get(of)?;
         let data = of.data(&self.newest[..]);
         (of.working_counter(&self.newest[..]) == 1).then(|| (u16_at(data, 0), u16_at(data, 4)))
     }
 
-    /// Returns true if every subdevice was in this state, without an error, in the last frame.
+    /// Returns true if all subdevices were in this state, without an error, in the last frame.
     pub fn all_are_in(&self, state: State) -> bool {
         (0..self.states.len()).all(|of| self.state(of).is_some_and(|(status, _)| status == state as u16))
     }
@@ -220,12 +218,12 @@ impl Cycle {
         })
     }
 
-    /// Returns true if the reference clock has reached a time that is less than 2 s away.
+    /// Returns true if the reference clock has reached a time, which must be less than 2 s away.
     pub fn has_come(&self, to_ns: u64) -> bool {
         self.time.as_ref().is_none_or(|time| time.reference_ns.wrapping_sub(to_ns as u32) as i32 >= 0)
     }
 
-    /// Returns the frame that was last sent.
+    /// Returns the last frame sent.
     pub fn sent(&self) -> &[u8] {
         &self.frame[..self.len]
     }
@@ -249,7 +247,7 @@ impl Time {
         [&self.follow, &self.pass, &self.difference]
     }
 
-    /// Returns true if the reference clock accepted the time that was sent to it, and all others accepted the reference's.
+    /// Returns true if the reference clock accepted the time sent to it, and all other clocks accepted the time of the reference clock.
     fn is_whole(&self, sent: &[u8], frame: &[u8]) -> bool {
         let is_told = sent[self.follow.at] != Command::Nop as u8;
         self.follow.working_counter(frame) == u16::from(is_told)

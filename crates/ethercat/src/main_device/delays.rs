@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Delays of a frame from the reference clock to each subdevice, computed from the times at which one frame arrived at their ports.
 //!
-//! A frame passes the open ports of a subdevice in the order 0, 3, 1, 2 and leaves by the one by which it came. The time between two
-//! ports is the delay through all subdevices attached to the second one and back. Less the delay through the subdevice attached there, it
-//! is twice the delay of the cable between both, which is assumed to be equal in both directions.
+//! A frame passes the open ports of a subdevice in the order 0, 3, 1, 2 and leaves through the port at which it arrived. The time between
+//! two ports is the round-trip delay through all subdevices attached to the second port. After subtracting the delay within these
+//! subdevices, what remains is twice the delay of the cable, which is assumed to be equal in both directions.
 
 /// Times of one frame at the ports of a subdevice.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ports {
     pub has_clock: bool,
     pub is_open: [bool; 4],
-    /// Times of reception in the subdevice's local time, ns.
+    /// Reception times in the subdevice's local time, ns.
     pub received: [u32; 4],
 }
 
@@ -18,25 +18,24 @@ pub struct Ports {
 const ORDER: [usize; 4] = [0, 3, 1, 2];
 
 impl Ports {
-    /// Returns the open ports in the order of a frame, starting at the one by which it came.
+    /// Returns the open ports in the order in which a frame passes them, starting at the port at which it arrived.
     fn passed(&self) -> impl Iterator<Item = usize> {
         let is_open = self.is_open;
         ORDER.into_iter().filter(move |port| is_open[*port] || *port == 0)
     }
 
-    /// Returns the time from port to port, ns.
+    /// Returns the time that a frame takes between two ports, ns.
     fn between(&self, from: usize, to: usize) -> u32 {
         self.received[to].wrapping_sub(self.received[from])
     }
 
-    /// Returns the time through all attached subdevices and back, ns.
+    /// Returns the round-trip time of a frame through all attached subdevices, ns.
     fn through(&self) -> u32 {
         self.between(0, self.passed().last().unwrap_or(0))
     }
 }
 
-/// Returns the delay of each subdevice from the first one with a clock, ns, in the order of the line; `None` if the subdevice has no
-/// clock.
+/// Returns the delay of each subdevice from the first one with a clock, ns, in line order; `None` if the subdevice has no clock.
 pub fn delays(line: &[Ports]) -> Vec<Option<u32>> {
     let mut delays: Vec<Option<u32>> = vec![None; line.len()];
     // These ports may have further subdevices: each entry is a subdevice and its remaining ports, the next one last.
@@ -62,7 +61,7 @@ pub fn delays(line: &[Ports]) -> Vec<Option<u32>> {
     delays
 }
 
-/// Returns the delay of a subdevice that is attached to a port of another one.
+/// Returns the delay of a subdevice attached to a port of another subdevice.
 fn delay(before: &Ports, before_ns: u32, port: usize, ports: &Ports) -> u32 {
     let previous = before.passed().take_while(|of| *of != port).last().unwrap_or(0);
     let cable = before.between(previous, port).saturating_sub(ports.through()) / 2;
@@ -73,7 +72,7 @@ fn delay(before: &Ports, before_ns: u32, port: usize, ports: &Ports) -> u32 {
 mod tests {
     use super::*;
 
-    /// Returns the ports of a subdevice whose clock is ahead; times are relative to the arrival of the frame at port 0.
+    /// Returns the ports of a subdevice whose clock is `ahead`; times are relative to the arrival of the frame at port 0.
     fn ports(ahead: u32, times: [Option<u32>; 4]) -> Ports {
         Ports { has_clock: true, is_open: times.map(|time| time.is_some()), received: times.map(|time| ahead.wrapping_add(time.unwrap_or(0))) }
     }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Mapping of the objects that a subdevice exchanges in each cycle.
+//! Mapping of the objects that a subdevice exchanges in every cycle.
 use super::bus::Bus;
 use super::sdo::Mailbox;
 use super::subdevices::Subdevice;
 use crate::coe::Entry;
 use crate::sii::{Contents, Pdo, SyncManager};
 
-/// Assignments of PDOs, and the PDO that is written into each.
+/// PDO assignment objects, each with the PDO that is assigned.
 const OUTPUTS: (u16, u16) = (0x1C12, 0x1600);
 const INPUTS: (u16, u16) = (0x1C13, 0x1A00);
 
@@ -19,13 +19,13 @@ pub struct Field {
     pub bits: usize,
 }
 
-/// Memory of a subdevice with process data of one direction, covered by one SyncManager.
+/// Memory of a subdevice that contains process data of one direction, covered by one SyncManager.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Window {
     pub number: u16,
     pub manager: SyncManager,
     pub is_output: bool,
-    /// Offset from the start of its direction, and length, bytes.
+    /// Offset from the start of all data in this direction, and length, bytes.
     pub at: usize,
     pub len: usize,
 }
@@ -38,22 +38,22 @@ pub struct Mapping {
     pub windows: Vec<Window>,
 }
 
-/// SyncManagers of process data by their kind.
+/// Kinds of SyncManagers for process data.
 const OUTPUT_KIND: u8 = 3;
 const INPUT_KIND: u8 = 4;
 
 impl Mapping {
-    /// Returns the numbers of bytes of outputs and of inputs.
+    /// Returns the number of output bytes and the number of input bytes.
     pub fn bytes(&self) -> (usize, usize) {
         let bytes = |fields: &[Field]| fields.last().map_or(0, |field| (field.at + field.bits).div_ceil(8));
         (bytes(&self.outputs), bytes(&self.inputs))
     }
 }
 
-/// Writes the mapping: index, subindex and bits in one number for each object.
+/// Writes the mapping. Each object is its index, subindex and length in bits, packed into one number.
 ///
 /// # Errors
-/// Fails with a message if the subdevice refuses.
+/// Fails with a message if the subdevice rejects the mapping.
 pub fn write(bus: &mut Bus, mailbox: &mut Mailbox, outputs: &[u32], inputs: &[u32]) -> Result<(), String> {
     for ((assignment, pdo), entries) in [(OUTPUTS, outputs), (INPUTS, inputs)] {
         let mut put = |index, sub, value: &[u8]| mailbox.download(bus, Entry { index, sub }, value);
@@ -84,7 +84,7 @@ pub fn read(bus: &mut Bus, subdevice: &Subdevice, mailbox: &mut Mailbox) -> Resu
     Ok(mapping)
 }
 
-/// Returns the process data that an EEPROM assigns to SyncManagers: those of a subdevice without objects.
+/// Returns the process data that an EEPROM assigns to SyncManagers. Used for a subdevice without objects.
 pub fn of_eeprom(contents: &Contents) -> Mapping {
     let mut mapping = Mapping::default();
     for (is_output, kind, pdos) in [(true, OUTPUT_KIND, &contents.outputs), (false, INPUT_KIND, &contents.inputs)] {

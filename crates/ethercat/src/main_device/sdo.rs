@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reads and writes objects of a subdevice through its mailbox.
+//! Reads and writes object dictionary entries of a subdevice through its mailbox.
 use super::bus::Bus;
 use crate::coe::{self, Entry, Sdo};
 use crate::registers as reg;
@@ -23,10 +23,10 @@ pub struct Mailbox {
 }
 
 impl Mailbox {
-    /// Reads an object.
+    /// Reads an object dictionary entry.
     ///
     /// # Errors
-    /// Fails with a message if the subdevice aborts, or does not answer.
+    /// Fails with a message if the subdevice aborts the transfer or does not answer.
     pub fn upload(&mut self, bus: &mut Bus, of: Entry) -> Result<Vec<u8>, String> {
         let answer = self.exchange(bus, &Sdo::Upload(of))?;
         let (size, mut value) = match coe::response(&answer) {
@@ -50,7 +50,7 @@ impl Mailbox {
         }
     }
 
-    /// Writes an object.
+    /// Writes an object dictionary entry.
     ///
     /// # Errors
     /// Fails as [`Mailbox::upload`] does.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Subdevices on a segment, and their changes of state.
+//! Subdevices on a segment, and their state changes.
 use super::bus::Bus;
 use super::sdo::Mailbox;
 use crate::frames::{self, Command, u16_at};
@@ -10,13 +10,13 @@ use std::time::{Duration, Instant};
 
 /// Station address of the first subdevice.
 const FIRST_STATION: u16 = 0x1001;
-/// Time limit of a change of state.
+/// Time limit for a state change.
 const CHANGE: Duration = Duration::from_secs(10);
 const EEPROM_PATIENCE: Duration = Duration::from_secs(2);
 /// Maximum number of subdevices on a line.
 const MOST: usize = 64;
 
-/// A subdevice that has answered.
+/// A subdevice that was found on the line.
 #[derive(Clone, Debug)]
 pub struct Subdevice {
     pub position: usize,
@@ -24,7 +24,7 @@ pub struct Subdevice {
     pub contents: Contents,
 }
 
-/// Address of the subdevices concerned.
+/// Address of the subdevices to access.
 #[derive(Clone, Copy)]
 enum Which {
     Position(usize),
@@ -32,7 +32,7 @@ enum Which {
 }
 
 impl Subdevice {
-    /// Returns the name for errors.
+    /// Returns the subdevice's name for use in errors.
     pub fn title(&self) -> String {
         format!("subdevice {} '{}'", self.position, self.contents.identity.name)
     }
@@ -40,7 +40,7 @@ impl Subdevice {
     /// Returns the mailbox.
     ///
     /// # Errors
-    /// Fails with a message if it has none.
+    /// Fails with a message if the subdevice has no mailbox.
     pub fn mailbox(&self) -> Result<Mailbox, String> {
         let find = |kind| self.contents.sync_managers.iter().find(|manager| manager.kind == kind).copied();
         match (find(1), find(2)) {
@@ -49,7 +49,7 @@ impl Subdevice {
         }
     }
 
-    /// Returns number and content of the SyncManager of a kind.
+    /// Returns the number and contents of the SyncManager of this kind.
     pub fn sync_manager(&self, kind: u8) -> Option<(u16, SyncManager)> {
         (0..).zip(&self.contents.sync_managers).find(|(_, manager)| manager.kind == kind).map(|(number, manager)| (number, *manager))
     }
@@ -57,7 +57,7 @@ impl Subdevice {
     /// Requests a state and waits until it is reached.
     ///
     /// # Errors
-    /// Fails with a message that contains the subdevice's own code.
+    /// Fails with a message that contains the status code reported by the subdevice.
     pub fn change(&self, bus: &mut Bus, to: State) -> Result<(), String> {
         bus.write(self.station, reg::AL_CONTROL, &(to as u16 | ERROR).to_le_bytes())?;
         self.wait(bus, to)
@@ -79,16 +79,16 @@ impl Subdevice {
     }
 }
 
-/// Returns the subdevices on the line, in order, without changing them. Their EEPROMs are read.
+/// Returns the contents of the EEPROMs of the subdevices on the line, in order, without changing their states.
 ///
 /// # Errors
-/// Fails with a message if none answers, or if an EEPROM cannot be read.
+/// Fails with a message if no subdevice answers or an EEPROM cannot be read.
 pub fn inventory(bus: &mut Bus) -> Result<Vec<Contents>, String> {
     let count = count(bus)?;
     (0..count).map(|position| read_eeprom(bus, Which::Position(position))).collect()
 }
 
-/// Takes control of the line: all subdevices go to INIT, get station addresses, and are identified.
+/// Takes control of the line: all subdevices go to INIT, are assigned station addresses, and are identified.
 ///
 /// # Errors
 /// Fails with a message.
@@ -155,7 +155,7 @@ fn read_eeprom(bus: &mut Bus, which: Which) -> Result<Contents, String> {
     }
 }
 
-/// Reads four or eight bytes of an EEPROM, starting at this word.
+/// Reads four or eight bytes from an EEPROM, starting at this word.
 fn read_words(bus: &mut Bus, which: Which, word: u32) -> Result<Vec<u8>, String> {
     let mut command = [0; 6];
     command[1] = 1;

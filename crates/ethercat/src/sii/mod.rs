@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The EEPROM of a subdevice, which describes it: identity, mailbox, name, SyncManagers, FMMUs, process data.
+//! EEPROM of a subdevice, which describes it: identity, mailbox, name, SyncManagers, FMMUs, process data.
 mod pdos;
 
 use crate::frames::{put, u16_at, u32_at};
 pub use pdos::{Pdo, PdoEntry};
 
-/// Size of the part that every EEPROM has, bytes.
+/// Size of the fixed part of every EEPROM, bytes.
 pub const FIXED: usize = 0x80;
 const STRINGS: u16 = 10;
 const GENERAL: u16 = 30;
@@ -28,31 +28,32 @@ pub struct Identity {
     pub name: String,
 }
 
-/// A SyncManager as described in the EEPROM.
+/// A SyncManager described in the EEPROM.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SyncManager {
     pub start: u16,
     pub len: u16,
     pub control: u8,
     pub enable: u8,
-    /// Kind: 1 mailbox out, 2 mailbox in, 3 process data out, 4 process data in.
+    /// Kind: 1 mailbox out, 2 mailbox in, 3 process data outputs, 4 process data inputs.
     pub kind: u8,
 }
 
-/// Contents of an EEPROM that a main device needs.
+/// Contents of an EEPROM, as far as a main device needs them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Contents {
     pub identity: Identity,
     pub has_coe: bool,
     pub sync_managers: Vec<SyncManager>,
-    /// Kinds: 1 outputs, 2 inputs, 3 state of the mailbox.
+    /// Kinds of FMMUs: 1 outputs, 2 inputs, 3 mailbox state.
     pub fmmus: Vec<u8>,
-    /// PDOs that the subdevice sends, and those that it receives. Devices with objects may omit them.
+    /// PDOs that the subdevice sends. May be empty if it has a CoE object dictionary.
     pub inputs: Vec<Pdo>,
+    /// PDOs that the subdevice receives. May be empty if it has a CoE object dictionary.
     pub outputs: Vec<Pdo>,
 }
 
-/// Parses an EEPROM, which may end early: missing parts are omitted.
+/// Parses an EEPROM image. It may end early; missing parts are omitted.
 pub fn parse(bytes: &[u8]) -> Option<Contents> {
     if bytes.len() < FIXED {
         return None;
@@ -86,7 +87,7 @@ pub fn parse(bytes: &[u8]) -> Option<Contents> {
     Some(contents)
 }
 
-/// Returns the number of bytes of an EEPROM that are known to be needed after this much of it was read, or `None` if it is complete.
+/// Returns the number of EEPROM bytes to read, judging by those read so far; `None` if it has been read completely.
 pub fn wanted(bytes: &[u8]) -> Option<usize> {
     let mut at = FIXED;
     loop {
@@ -122,7 +123,7 @@ fn read_sync_manager(eight: &[u8]) -> SyncManager {
     SyncManager { start: u16_at(eight, 0), len, control, enable, kind }
 }
 
-/// Creates an EEPROM with that content. Its mailboxes are its first two SyncManagers.
+/// Creates an EEPROM image with these contents. The first two SyncManagers are the mailboxes.
 pub fn build(contents: &Contents) -> Vec<u8> {
     let mut bytes = vec![0; FIXED];
     let identity = &contents.identity;
@@ -160,11 +161,11 @@ pub fn build(contents: &Contents) -> Vec<u8> {
     bytes
 }
 
-/// The table of strings, each stored once; they are numbered from 1.
+/// Table of strings, each stored once and numbered from 1.
 struct Strings(Vec<String>);
 
 impl Strings {
-    /// Returns the number of a text; 0 for none.
+    /// Returns the number of a string; 0 for an empty string.
     fn number(&mut self, text: &str) -> u8 {
         if text.is_empty() {
             return 0;
@@ -192,7 +193,7 @@ fn write_sync_manager(of: &SyncManager) -> [u8; 8] {
     [start, start_high, len, len_high, of.control, 0, of.enable, of.kind]
 }
 
-/// Returns the checksum by x⁸ + x² + x + 1, with an initial value of ones.
+/// Returns the CRC with polynomial x⁸ + x² + x + 1, initialised with ones.
 fn check_sum(bytes: &[u8]) -> u8 {
     bytes.iter().fold(0xFF, |sum, byte| (0..8).fold(sum ^ byte, |sum: u8, _| if sum & 0x80 == 0 { sum << 1 } else { sum << 1 ^ 0x07 }))
 }

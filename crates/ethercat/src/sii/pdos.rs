@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Process data objects (PDOs) in an EEPROM: the entries that a subdevice exchanges, by name.
+//! Process data objects (PDOs) in an EEPROM: the named entries that a subdevice exchanges.
 use crate::coe::Entry;
 use crate::frames::u16_at;
 
-/// Size of the head of a PDO, and of each of its entries, bytes.
+/// Size of a PDO header, and of each PDO entry, bytes.
 const ROW: usize = 8;
-/// Marks a PDO that is not exchanged unless a main device assigns it.
+/// Value that marks a PDO that is not exchanged unless a main device assigns it.
 const UNASSIGNED: u8 = 0xFF;
 
-/// A PDO as listed in the EEPROM.
+/// A PDO listed in the EEPROM.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Pdo {
     pub index: u16,
-    /// SyncManager that exchanges it; `None` if it is not exchanged by default.
+    /// SyncManager that exchanges the PDO; `None` if it is not exchanged by default.
     pub manager: Option<u8>,
     pub name: String,
     pub entries: Vec<PdoEntry>,
@@ -21,15 +21,15 @@ pub struct Pdo {
 /// An entry of a PDO.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct PdoEntry {
-    /// Object of the entry; index 0 for a gap.
+    /// Object dictionary entry; index 0 for a gap.
     pub of: Entry,
     pub bits: u8,
-    /// Data type, as numbered by CoE: 1 BOOL, 3 INTEGER16, …
+    /// CoE data type number: 1 BOOL, 3 INTEGER16, …
     pub kind: u8,
     pub name: String,
 }
 
-/// Parses a category of PDOs; an incomplete PDO ends the list.
+/// Parses a PDO category; an incomplete PDO ends the list.
 pub fn parse(body: &[u8], strings: &[String]) -> Vec<Pdo> {
     let text = |index: u8| usize::from(index).checked_sub(1).and_then(|at| strings.get(at)).cloned().unwrap_or_default();
     let mut pdos = Vec::new();

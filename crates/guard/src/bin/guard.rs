@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `opengpac-guard`: the guard process. A supervisor starts it; see docs/guard.md.
+//! `opengpac-guard`: the guard process. Started by a supervisor; see docs/guard.md.
 
 fn main() -> std::process::ExitCode {
     match guard::run() {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes for the tests of this crate: `rtp` stores to its output and beats, `supervisor` starts one with a guard, `program` is
-//! guarded itself, `exit N`.
+//! Processes for the tests of this crate: `rtp`, which stores to its output and beats; `supervisor`, which starts an `rtp` with a guard;
+//! `program`, which is guarded itself; `exit N`.
 use guard::{Guard, GuardCommand};
 use interconnect::Link;
 use process_kit::{Heartbeat, Launch, SharedMemory, UnixLink, inherited};
@@ -55,8 +55,8 @@ fn supervisor() {
     panic!("the test ends the supervisor by SIGKILL");
 }
 
-/// Stores 1, 2, 3, … to its output and beats, guarded itself. Forwards the events of its guards, and on request sends the process IDs of
-/// its guards and their stand-ins. Its safe handle latches.
+/// Stores 1, 2, 3, … to its output and beats, while being guarded itself. Forwards the events of its guards, and on request sends the
+/// process IDs of its guards and their stand-ins. Its safe handle latches.
 fn program() {
     let link = std::sync::Arc::new(link());
     let output = SharedMemory::received(inherited("output").expect("passed"), 16).expect("memory");

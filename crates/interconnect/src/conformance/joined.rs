@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Separately made ends, joined to one carrier.
+//! Carrier composed of ends that were created separately.
 use crate::carrier::{Carrier, ConnectionSpec, Full, Header, Receiver, Sender};
 use crate::link::Ends;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Upper bound of the time until a raise is delivered.
+/// Maximum time until a raise is delivered.
 const RAISE_MAX: Duration = Duration::from_secs(60);
 
-/// Carrier that makes the writing ends with one [`Ends`] and the reading ends with another. Publications and rows are readable
+/// Carrier that creates the writing ends with one [`Ends`] and the reading ends with another. Publications and rows are readable
 /// immediately; [`deliver`](Carrier::deliver) waits for the raises.
 pub struct JoinedCarrier {
     writing: Box<dyn Ends>,
@@ -18,7 +18,7 @@ pub struct JoinedCarrier {
 }
 
 impl JoinedCarrier {
-    /// Joins the two sides. Connecting panics later if an end cannot be made.
+    /// Joins the two sides. Connecting panics later if an end cannot be created.
     pub fn new(writing: impl Ends + 'static, reading: impl Ends + 'static) -> Self {
         JoinedCarrier { writing: Box::new(writing), reading: Box::new(reading), connections: 0, raises: Arc::default() }
     }
@@ -63,10 +63,10 @@ struct Raises {
 #[derive(Default)]
 struct Rows {
     reader: u32,
-    /// Rows whose reader is to be raised.
+    /// Number of rows pushed whose reader must be raised.
     pushed: usize,
     raised: usize,
-    /// Raises that were forwarded.
+    /// Number of raises that were forwarded.
     delivered: usize,
     /// True if the reading end was dropped.
     gone: bool,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Guarantees of every carrier of connections, as checks: the tests of each carrier run all of them with
+//! Checks of the guarantees that every carrier of connections makes; the tests of each carrier run all of them with
 //! [`conformance!`](crate::conformance!).
 mod joined;
 
@@ -13,7 +13,7 @@ const SPEC: ConnectionSpec = ConnectionSpec { writer: WRITER, reader: READER, as
 /// Time between two releases.
 pub const PERIOD_NS: i64 = 1_000_000;
 
-/// Makes a test of each check: `$on_each`, a `fn(fn(&mut Interconnect))`, calls the check passed to it with each interconnect to be
+/// Generates a test for each check: `$on_each`, a `fn(fn(&mut Interconnect))`, calls the check passed to it with each interconnect to be
 /// tested.
 #[macro_export]
 macro_rules! conformance {
@@ -41,7 +41,7 @@ macro_rules! conformance {
     };
 }
 
-/// A carrier and its time.
+/// A carrier under test and its time.
 pub struct Interconnect {
     name: String,
     carrier: Box<dyn Carrier>,
@@ -50,7 +50,7 @@ pub struct Interconnect {
 }
 
 impl Interconnect {
-    /// Makes an interconnect; `name` appears in the message of a failed check.
+    /// Creates an interconnect; `name` appears in the message of a failed check.
     pub fn new(name: &str, carrier: impl Carrier + 'static) -> Self {
         Interconnect { name: name.to_owned(), carrier: Box::new(carrier), now_ns: PERIOD_NS, raised: Vec::new() }
     }
@@ -59,7 +59,7 @@ impl Interconnect {
         self.carrier.connect(spec)
     }
 
-    /// Delivers everything due and moves on to the next release.
+    /// Delivers everything due and advances to the next release.
     fn release(&mut self) {
         self.carrier.deliver(self.now_ns, &mut |source| self.raised.push(source));
         self.now_ns += PERIOD_NS;
@@ -85,7 +85,7 @@ impl Interconnect {
     }
 }
 
-/// Checks that before the first publication there is no new group, and the group is zero.
+/// Checks that before the first publication there is no new group, and that the group is all zeros.
 pub fn a_connection_that_was_never_published_has_no_news_and_zeros(it: &mut Interconnect) {
     let (_sender, mut receiver) = it.connect(&SPEC);
     it.settle();
@@ -96,7 +96,7 @@ pub fn a_connection_that_was_never_published_has_no_news_and_zeros(it: &mut Inte
     assert_eq!(receiver.rows(), 0);
 }
 
-/// Checks that a group is latched once, with the writer's number and time, and stays until the next one.
+/// Checks that a group is latched exactly once, with the writer's number and time, and remains readable until the next one.
 pub fn a_group_arrives_with_its_number_and_time_once(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     for number in 1..=20 {
@@ -131,7 +131,7 @@ pub fn r049_a_reader_sees_all_of_a_publication_or_nothing_and_never_goes_back(it
     assert_eq!(receiver.group(), [200; 40], "{}: the newest group arrives in the end", it.name);
 }
 
-/// Checks that a publication that was incomplete when the writer disappeared is never seen, and a complete one is.
+/// Checks that after the writer has disappeared, an incomplete publication is never seen but a complete one is.
 pub fn a_writer_that_is_gone_leaves_its_last_complete_group_and_its_rows(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     it.publish(&mut *sender, 1);
@@ -145,7 +145,7 @@ pub fn a_writer_that_is_gone_leaves_its_last_complete_group_and_its_rows(it: &mu
     assert_eq!(receiver.peek_row(), Some((9, [9; 12].as_slice())));
 }
 
-/// Checks that every accepted row arrives in order, once.
+/// Checks that every accepted row arrives in order, exactly once.
 pub fn rows_come_in_order_and_once(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     let (mut pushed, mut popped) = (0, 0);
@@ -168,7 +168,7 @@ pub fn rows_come_in_order_and_once(it: &mut Interconnect) {
     assert!(pushed > 100, "{}: only {pushed} rows went through", it.name);
 }
 
-/// Checks that a full queue refuses without filling, and that taking a row makes room for one.
+/// Checks that a full queue refuses a row without calling `fill`, and that taking a row frees space for another.
 pub fn a_reader_that_takes_nothing_makes_the_queue_full_and_room_comes_back(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     let mut next = 0;
@@ -187,7 +187,7 @@ pub fn a_reader_that_takes_nothing_makes_the_queue_full_and_room_comes_back(it: 
     }
 }
 
-/// Checks that rows raise the reader and groups raise no source.
+/// Checks that rows raise the reader, and that groups do not raise a source.
 pub fn each_row_raises_the_reader_once_unless_it_arrived_at_once(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     let (mut pushed, mut at_once) = (0, 0);
@@ -236,7 +236,7 @@ pub fn connections_do_not_mix(it: &mut Interconnect) {
     assert_eq!(other_receiver.peek_row(), Some((2, [2; 3].as_slice())));
 }
 
-/// Checks that the remaining end continues, and that a new connection starts fresh.
+/// Checks that the remaining end continues, and that a new connection starts from scratch.
 pub fn an_end_that_is_gone_troubles_nobody(it: &mut Interconnect) {
     let (mut sender, receiver) = it.connect(&SPEC);
     it.publish(&mut *sender, 1);
@@ -272,7 +272,7 @@ pub fn a_connection_may_lack_a_group_or_a_queue(it: &mut Interconnect) {
     assert!(receiver.group().is_empty());
 }
 
-/// Checks that both ends have their groups on cache lines.
+/// Checks that the groups of both ends start on cache lines.
 pub fn groups_start_on_cache_lines(it: &mut Interconnect) {
     let (mut sender, mut receiver) = it.connect(&SPEC);
     for number in 0..4 {

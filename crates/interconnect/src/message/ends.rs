@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! State of the two ends of a connection over messages. It contains neither link nor time; its users provide them: `traffic` under the
+//! State of the two ends of a connection over messages. Contains neither a link nor a clock; its users provide them: `traffic` under the
 //! virtual clock, crate `hosts` over a network.
 //!
 //! Group: the newest publication wins. The writing end keeps it until the reading end has acknowledged it; an older one that arrives late
-//! is ignored. Rows: the writing end keeps each until the reading end has all rows up to it; rows are read in order, once. The reading
-//! end keeps reporting the number of popped rows until the writing end acknowledges it, so a writing end that was full always learns of
-//! the room.
+//! is ignored. Rows: the writing end keeps each row until the reading end has received all rows up to it; rows are read in order, each
+//! exactly once. The reading end keeps reporting the number of popped rows until the writing end acknowledges it, so that a writing end
+//! whose queue was full always learns when there is space.
 use super::packet::Content;
 use crate::carrier::Header;
 use std::collections::{BTreeMap, VecDeque};
@@ -14,11 +14,11 @@ use std::collections::{BTreeMap, VecDeque};
 pub struct WritingEnd {
     depth: u64,
     window: u64,
-    /// Number of publications so far: the sequence of the newest.
+    /// Number of publications so far; also the sequence number of the newest one.
     published: u64,
-    /// Newest publication, until its arrival is acknowledged.
+    /// Newest publication, kept until its arrival is acknowledged.
     group: Option<(Header, Vec<u8>)>,
-    /// Numbers of rows pushed, acknowledged as arrived, and acknowledged as popped.
+    /// Numbers of rows: pushed, acknowledged as arrived, and acknowledged as popped.
     pushed: u64,
     received: u64,
     popped: u64,
@@ -27,13 +27,13 @@ pub struct WritingEnd {
 }
 
 impl WritingEnd {
-    /// Makes the end for a reader with room for `depth` waiting rows, and at most `window` rows in transit.
+    /// Creates the end for a reader with space for `depth` waiting rows, with at most `window` rows in transit.
     pub fn new(depth: usize, window: usize) -> Self {
         let (depth, window) = (depth as u64, window as u64);
         WritingEnd { depth, window, published: 0, group: None, pushed: 0, received: 0, popped: 0, rows: VecDeque::new() }
     }
 
-    /// Accepts a publication, which becomes the newest.
+    /// Accepts a publication, which becomes the newest one.
     pub fn publish(&mut self, header: Header, bytes: &[u8]) {
         self.published += 1;
         self.group = Some((header, bytes.to_vec()));
@@ -45,20 +45,20 @@ impl WritingEnd {
         Some(Content::Group { sequence: self.published, header: *header, bytes })
     }
 
-    /// Returns the number of publications so far: the sequence of the newest.
+    /// Returns the number of publications so far; also the sequence number of the newest one.
     pub fn published(&self) -> u64 {
         self.published
     }
 
-    /// Records that the reading end has publication `sequence`.
+    /// Records that the reading end has received publication `sequence`.
     pub fn group_received(&mut self, sequence: u64) {
         if sequence == self.published {
             self.group = None;
         }
     }
 
-    /// Returns true if another row may be pushed: as far as known, fewer than `depth` wait at the reader and fewer than `window` are in
-    /// transit.
+    /// Returns true if another row may be pushed: as far as is known, fewer than `depth` rows wait for the reader and fewer than `window`
+    /// are in transit.
     pub fn has_room(&self) -> bool {
         self.pushed < self.room_until()
     }
@@ -73,12 +73,12 @@ impl WritingEnd {
         self.received
     }
 
-    /// Returns the total number of rows that may have been pushed, as far as known.
+    /// Returns the total number of pushed rows up to which there is space, as far as is known.
     pub fn room_until(&self) -> u64 {
         if self.received - self.popped < self.depth { self.received + self.window } else { self.pushed }
     }
 
-    /// Appends a row and returns its sequence.
+    /// Appends a row and returns its sequence number.
     pub fn push(&mut self, number: u64, bytes: Vec<u8>) -> u64 {
         self.rows.push_back((number, bytes));
         self.pushed += 1;
@@ -96,7 +96,7 @@ impl WritingEnd {
         !self.rows.is_empty()
     }
 
-    /// Records that the reading end has the first `count` rows. Returns true if this is new.
+    /// Records that the reading end has received the first `count` rows. Returns true if this is new.
     pub fn rows_received(&mut self, count: u64) -> bool {
         let news = count.min(self.pushed).saturating_sub(self.received);
         self.rows.drain(..news as usize);
@@ -104,7 +104,8 @@ impl WritingEnd {
         news > 0
     }
 
-    /// Records that the reader has popped `count` rows. Returns the number known to be popped among those acknowledged as arrived.
+    /// Records that the reader has popped `count` rows. Returns the number of rows known to be popped, limited to those acknowledged as
+    /// arrived.
     pub fn rows_popped(&mut self, count: u64) -> u64 {
         self.popped = self.popped.max(count.min(self.received));
         self.popped
@@ -115,28 +116,28 @@ impl WritingEnd {
 pub struct ReadingEnd {
     group_len: usize,
     row_len: Option<usize>,
-    /// Sequence of the newest publication that has arrived.
+    /// Sequence number of the newest publication that has arrived.
     newest: u64,
-    /// Newest group, until it is latched.
+    /// Newest group, kept until it is latched.
     group: Option<(Header, Vec<u8>)>,
-    /// Rows that arrived before a missing one.
+    /// Rows that arrived before a row that is still missing.
     early: BTreeMap<u64, (u64, Vec<u8>)>,
     /// Readable rows.
     ready: VecDeque<(u64, Vec<u8>)>,
-    /// Numbers of rows that arrived in order, that were popped, and that the writing end knows to be popped.
+    /// Numbers of rows: arrived in order, popped, and known to the writing end as popped.
     received: u64,
     popped: u64,
     popped_known: u64,
 }
 
 impl ReadingEnd {
-    /// Makes the end for groups and rows of these lengths; without a row length, it accepts rows of any length.
+    /// Creates the end for groups and rows of these lengths; without a row length, it accepts rows of any length.
     pub fn new(group_len: usize, row_len: Option<usize>) -> Self {
         let (early, ready) = (BTreeMap::new(), VecDeque::new());
         ReadingEnd { group_len, row_len, newest: 0, group: None, early, ready, received: 0, popped: 0, popped_known: 0 }
     }
 
-    /// Accepts a publication and returns the sequence of the newest. `None` if it does not belong to this connection.
+    /// Accepts a publication, and returns the sequence number of the newest one; `None` if it does not belong to this connection.
     pub fn group_came(&mut self, sequence: u64, header: Header, bytes: &[u8]) -> Option<u64> {
         if bytes.len() != self.group_len {
             return None;
@@ -148,12 +149,12 @@ impl ReadingEnd {
         Some(self.newest)
     }
 
-    /// Takes the publication that was not latched yet.
+    /// Takes the newest publication if it has not been latched yet.
     pub fn latch(&mut self) -> Option<(Header, Vec<u8>)> {
         self.group.take()
     }
 
-    /// Accepts a row and returns how many rows became readable. `None` if it does not belong to this connection.
+    /// Accepts a row, and returns the number of rows that became readable; `None` if it does not belong to this connection.
     pub fn row_came(&mut self, sequence: u64, number: u64, bytes: &[u8]) -> Option<usize> {
         if self.row_len.is_some_and(|len| len != bytes.len()) {
             return None;
@@ -174,17 +175,17 @@ impl ReadingEnd {
         self.received
     }
 
-    /// Returns the sequence of the newest publication that has arrived; 0 before the first.
+    /// Returns the sequence number of the newest publication that has arrived; 0 before the first.
     pub fn newest(&self) -> u64 {
         self.newest
     }
 
-    /// Returns true if a row arrived before a missing one.
+    /// Returns true if a row has arrived before one that is still missing.
     pub fn has_gap(&self) -> bool {
         !self.early.is_empty()
     }
 
-    /// Returns number and bytes of the oldest row without removing it.
+    /// Returns the number and bytes of the oldest row without removing it.
     pub fn oldest(&self) -> Option<&(u64, Vec<u8>)> {
         self.ready.front()
     }
@@ -194,7 +195,7 @@ impl ReadingEnd {
         self.ready.len()
     }
 
-    /// Returns true if there was a row to pop.
+    /// Pops the oldest row; returns true if there was one.
     pub fn pop(&mut self) -> bool {
         let popped = self.take().is_some();
         self.popped += u64::from(popped);
@@ -211,17 +212,17 @@ impl ReadingEnd {
         self.popped = self.popped.max(count.min(self.received));
     }
 
-    /// Returns the number of rows that arrived and were not popped.
+    /// Returns the number of rows that have arrived but not been popped.
     pub fn waiting(&self) -> u64 {
         self.received - self.popped
     }
 
-    /// Returns the number of popped rows, unless the writing end has acknowledged it.
+    /// Returns the number of popped rows to report to the writing end; `None` if it has already acknowledged this number.
     pub fn room_news(&self) -> Option<Content<'static>> {
         (self.popped_known < self.popped).then_some(Content::RowsPopped { count: self.popped })
     }
 
-    /// Records that the writing end knows that `count` rows were popped.
+    /// Records the writing end's acknowledgement that `count` rows were popped.
     pub fn room_known(&mut self, count: u64) {
         self.popped_known = self.popped_known.max(count.min(self.popped));
     }

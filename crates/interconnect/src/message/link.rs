@@ -2,12 +2,12 @@
 //! The faulty link: delays, drops, repeats, reorders and corrupts packets, as determined by a seed.
 use std::collections::BTreeMap;
 
-/// Faults of a link. Probabilities are from 0 to 1, drawn for each packet; with `drop` or `corrupt` at 1 nothing ever arrives.
+/// Faults of a link. Probabilities are from 0 to 1, drawn for each packet; if `drop` or `corrupt` is 1, nothing ever arrives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Faults {
     /// Minimum delay, ns.
     pub delay_ns_min: i64,
-    /// Maximum delay, ns. Packets that are not reordered keep their order nevertheless.
+    /// Maximum delay, ns. Packets that are not reordered still keep their order.
     pub delay_ns_max: i64,
     /// Probability that a packet is lost.
     pub drop: f64,
@@ -17,25 +17,26 @@ pub struct Faults {
     pub reorder: f64,
     /// Probability that one to three bits of a packet are flipped.
     pub corrupt: f64,
-    /// Time without an answer after which a packet is retransmitted, ns, 1 or more; longer than a round trip to avoid duplicates.
+    /// Time without an answer after which a packet is retransmitted, ns; at least 1. Should exceed a round trip, to avoid duplicates.
     pub retransmit_ns: i64,
-    /// Maximum number of a connection's rows in transit (pushed, not acknowledged), in addition to those waiting at the reader.
+    /// Maximum number of rows of a connection in transit (pushed but not acknowledged), in addition to those that wait for the reader.
     pub window: usize,
 }
 
 impl Faults {
-    /// Makes a perfect link: everything arrives immediately.
+    /// Returns the faults of a perfect link: everything arrives immediately.
     pub fn none() -> Self {
         let (delay_ns_min, delay_ns_max) = (0, 0);
         Faults { delay_ns_min, delay_ns_max, drop: 0.0, repeat: 0.0, reorder: 0.0, corrupt: 0.0, retransmit_ns: 1_000_000, window: 64 }
     }
 
-    /// Makes a link that only delays packets.
+    /// Returns the faults of a link that only delays packets.
     pub fn delay(delay_ns_min: i64, delay_ns_max: i64) -> Self {
         Faults { delay_ns_min, delay_ns_max, retransmit_ns: 2 * delay_ns_max + 1, ..Faults::none() }
     }
 
-    /// Makes a link with every fault: 20 to 100 µs of delay, one packet in ten lost, repeated, reordered, corrupted.
+    /// Returns the faults of a link with every kind of fault: 20 to 100 µs of delay, and one packet in ten each lost, repeated, reordered
+    /// and corrupted.
     pub fn every() -> Self {
         Faults { drop: 0.1, repeat: 0.1, reorder: 0.1, corrupt: 0.1, ..Faults::delay(20_000, 100_000) }
     }
@@ -63,7 +64,7 @@ pub struct Counters {
     pub repeated: u64,
     /// Packets held back by the link.
     pub reordered: u64,
-    /// Packets retransmitted by an end that had no answer.
+    /// Packets retransmitted by an end that received no answer.
     pub retransmitted: u64,
     /// Packets that arrived damaged and were discarded.
     pub refused: u64,
@@ -71,17 +72,17 @@ pub struct Counters {
     pub delivered: u64,
 }
 
-/// Direction of a packet: its connection, and whether it goes to the reading end.
+/// Direction of a packet: its connection, and true if it is sent to the reading end.
 pub(super) type Way = (u32, bool);
 
 pub(super) struct Link {
     pub(super) faults: Faults,
     pub(super) counters: Counters,
     random: Random,
-    /// Packets in transit, by time of arrival, then order of sending.
+    /// Packets in transit, ordered by time of arrival, then by order of sending.
     flying: BTreeMap<(i64, u64), (Way, Vec<u8>)>,
     sent: u64,
-    /// Earliest arrival of a packet in order, per direction.
+    /// Earliest possible arrival of a packet that keeps its order, per direction.
     floors: BTreeMap<Way, i64>,
 }
 
@@ -106,7 +107,7 @@ impl Link {
         self.fly(way, now_ns, packet);
     }
 
-    /// Returns the next packet to arrive, if it does so by `now_ns`: its time, direction and bytes.
+    /// Returns the next packet to arrive, with its time and direction; `None` if none arrives by `now_ns`.
     pub(super) fn arrival(&mut self, now_ns: i64) -> Option<(i64, Way, Vec<u8>)> {
         let entry = self.flying.first_entry().filter(|entry| entry.key().0 <= now_ns)?;
         let at_ns = entry.key().0;
@@ -119,7 +120,7 @@ impl Link {
         self.flying.first_key_value().map(|(&(at_ns, _), _)| at_ns)
     }
 
-    /// Discards everything of a connection that is in transit.
+    /// Discards all packets of a connection that are in transit.
     pub(super) fn forget(&mut self, connection: u32) {
         self.flying.retain(|_, ((of, _), _)| *of != connection);
         self.floors.remove(&(connection, false));

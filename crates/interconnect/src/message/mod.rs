@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Connections over messages: a link in memory that can delay, drop, repeat, reorder and corrupt, for tests under the virtual clock.
+//! Connections over messages: an in-memory link that can delay, drop, repeat, reorder and corrupt packets, for tests under the virtual
+//! clock.
 //!
-//! Publications and rows become packets with a checksum. Whatever the faults, the reader eventually gets the newest group, never an older
-//! one after a newer one, and never a damaged one; and it gets every row, in order, once. The same seed and calls give the same
-//! deliveries. Time advances only with the calls, since the link has no clock. Each end is behind one lock, so it is not for the
-//! real-time path.
+//! Publications and rows become packets with a checksum. Whatever the faults, the reader eventually receives the newest group, never an
+//! older one after a newer one, and never a damaged one; it also receives every row, in order, exactly once. The same seed and calls give
+//! the same deliveries. The link has no clock, so time advances only with the calls. Each end is behind a single lock, so it is not for
+//! the real-time path.
 pub mod ends;
 mod link;
 pub mod packet;
@@ -24,7 +25,7 @@ use traffic::Traffic;
 pub struct Message(Arc<Mutex<Traffic>>);
 
 impl Message {
-    /// Makes a link whose faults are determined by `seed`. Panics if a field of `faults` is out of its range.
+    /// Creates a link whose faults are determined by `seed`. Panics if a field of `faults` is out of its range.
     pub fn new(seed: u64, faults: Faults) -> Self {
         Message(Arc::new(Mutex::new(Traffic::new(seed, faults))))
     }
@@ -40,8 +41,8 @@ impl Message {
         self.traffic().link.faults = faults;
     }
 
-    /// Delivers `bytes` to one end of connection `connection` (numbered from 0 in order of creation) as the link would: a forged packet.
-    /// Returns true if they were accepted. For tests of packet parsing.
+    /// Delivers `bytes`, a forged packet, to one end of connection `connection` (numbered from 0 in order of creation). Returns true if
+    /// it was accepted. For tests of packet parsing.
     #[doc(hidden)]
     pub fn arrive(&self, connection: u32, to_reader: bool, bytes: &[u8]) -> bool {
         self.traffic().arrive(connection, to_reader, bytes).is_ok()
@@ -78,14 +79,14 @@ impl Carrier for Message {
     }
 }
 
-/// Value of unfilled bytes, which exposes a writer that does not fill its whole group or row.
+/// Fill value that exposes a writer that does not fill its whole group or row.
 const SPOILT: u8 = 0xa5;
 
 struct MessageSender {
     link: Message,
     connection: u32,
     group: AlignedBytes,
-    /// `None` without a queue.
+    /// Length of a row; `None` without a queue.
     row_len: Option<usize>,
     arrived: bool,
 }

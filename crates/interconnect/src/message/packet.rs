@@ -7,12 +7,12 @@
 //! | 8..12 | length of the packet |
 //! | 12..16 | kind |
 //! | 16..24 | connection |
-//! | 24..32 | sequence, or a count |
+//! | 24..32 | sequence number, or a count |
 //! | 32..40 | number |
 //! | 40..48 | time, ns |
 //! | 48.. | the group or the row |
 //!
-//! All little-endian. A field that a kind does not use is zero.
+//! All fields are little-endian. A field that a kind does not use is zero.
 use crate::carrier::Header;
 
 /// Bytes whose length and checksum have been verified.
@@ -20,7 +20,7 @@ use crate::carrier::Header;
 pub struct Packet<'a>(&'a [u8]);
 
 impl<'a> Packet<'a> {
-    /// Checks length and checksum.
+    /// Checks the length and the checksum.
     ///
     /// # Errors
     /// [`DamagedPacket`] if one of them does not match.
@@ -46,9 +46,9 @@ pub struct DamagedPacket;
 /// Content of a packet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Repr<'a> {
-    /// Number of the connection, unique among those that share the link.
+    /// Number of the connection, unique among the connections that share the link.
     pub connection: u64,
-    /// Content of the packet.
+    /// Content, which depends on the kind of packet.
     pub content: Content<'a>,
 }
 
@@ -64,7 +64,7 @@ pub enum Content<'a> {
         /// Bytes of the group.
         bytes: &'a [u8],
     },
-    /// To the writing end: publication `sequence` has arrived; older ones are no longer needed.
+    /// To the writing end: publication `sequence` has arrived; older publications are no longer needed.
     GroupReceived {
         /// Newest publication that has arrived.
         sequence: u64,
@@ -78,17 +78,17 @@ pub enum Content<'a> {
         /// Bytes of the row.
         bytes: &'a [u8],
     },
-    /// To the writing end: all of the first `count` rows have arrived.
+    /// To the writing end: the first `count` rows have all arrived.
     RowsReceived {
         /// Number of rows that arrived in order.
         count: u64,
     },
-    /// To the writing end: the reader has popped `count` rows, so there is room.
+    /// To the writing end: the reader has popped `count` rows, which frees their space.
     RowsPopped {
         /// Number of popped rows.
         count: u64,
     },
-    /// The writing end knows that `count` rows were popped.
+    /// Acknowledges that `count` rows were popped.
     RoomKnown {
         /// Number of popped rows.
         count: u64,
@@ -132,19 +132,19 @@ impl<'a> Repr<'a> {
         sealed_parts(&[&head, payload])
     }
 
-    /// Returns true for a packet to the writing end.
+    /// Returns true for a packet that is sent to the writing end.
     pub fn answers(&self) -> bool {
         matches!(self.content, Content::GroupReceived { .. } | Content::RowsReceived { .. } | Content::RowsPopped { .. })
     }
 }
 
-/// Returns the packet of the given content, i.e. all bytes after the length field, with length and checksum added.
+/// Returns the packet with the given content (all bytes after the length field), with length and checksum added.
 #[doc(hidden)]
 pub fn sealed(content: &[u8]) -> Vec<u8> {
     sealed_parts(&[content])
 }
 
-/// Seals separate parts as [`sealed`] does, so that a group is copied only once into its packet.
+/// Seals several parts as [`sealed`] does, so that a group is copied into its packet only once.
 fn sealed_parts(parts: &[&[u8]]) -> Vec<u8> {
     let len = CONTENT + parts.iter().map(|part| part.len()).sum::<usize>();
     let mut bytes = Vec::with_capacity(len);
@@ -169,8 +169,8 @@ fn word(bytes: &[u8], at: usize) -> u64 {
     u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes were cut out"))
 }
 
-/// Computes a checksum like FNV-1a, but over eight bytes at a time and with a rotation so that every bit affects every other. It detects
-/// each change within eight bytes that start at a multiple of eight, and all but one in 2^64 of the others.
+/// Computes a checksum similar to FNV-1a, but over eight bytes at a time and with a rotation so that every bit affects every other. It
+/// detects every change confined to eight bytes that start at a multiple of eight, and all but one in 2^64 of other changes.
 pub fn checksum(bytes: &[u8]) -> u64 {
     let step = |sum: u64, word: u64| (sum ^ word).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29);
     let mut words = bytes.chunks_exact(8);

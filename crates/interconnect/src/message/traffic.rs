@@ -11,9 +11,9 @@ pub(super) struct Traffic {
     now_ns: i64,
     connections: BTreeMap<u32, Connection>,
     connections_made: u32,
-    /// Deadlines by time, then connection.
+    /// Deadlines, ordered by time, then by connection.
     deadlines: BTreeSet<(i64, u32, Retransmission)>,
-    /// Reading sources to be raised, for rows that became readable.
+    /// Reading sources to be raised because rows became readable.
     raises: Vec<u32>,
 }
 
@@ -37,8 +37,8 @@ impl Traffic {
         raise_ns.into_iter().chain(self.next_event()).min()
     }
 
-    /// Processes everything that is due by `now_ns`, each at its own time. Time does not go back: a firing publishes with its release
-    /// time, and later calls may have happened since.
+    /// Processes everything that is due by `now_ns`, each event at its own time. Time never runs backwards: a firing publishes with its
+    /// release time, although later calls may have been made since.
     pub(super) fn run_until(&mut self, now_ns: i64) {
         let now_ns = now_ns.max(self.now_ns);
         while let Some(at_ns) = self.next_event().filter(|at_ns| *at_ns <= now_ns) {
@@ -56,7 +56,7 @@ impl Traffic {
         self.now_ns = now_ns;
     }
 
-    /// Takes the sources to raise, once for each row.
+    /// Takes the sources to be raised, one entry for each row.
     pub(super) fn take_raises(&mut self) -> Vec<u32> {
         std::mem::take(&mut self.raises)
     }
@@ -75,7 +75,7 @@ impl Traffic {
         self.connection(connection).writing.has_room()
     }
 
-    /// Sends a row; returns true if it became readable before this returned, so that nothing is to be raised.
+    /// Sends a row; returns true if it became readable before the call returned, so that no raise is pending.
     pub(super) fn push(&mut self, connection: u32, number: u64, now_ns: i64, bytes: Vec<u8>) -> bool {
         let Some(open) = self.open(connection) else { return false };
         let sequence = open.writing.push(number, bytes);
@@ -112,7 +112,7 @@ impl Traffic {
         self.drop_end(connection);
     }
 
-    /// Drops the reading end; nothing is sent or arrives afterwards.
+    /// Drops the reading end; nothing is sent or received afterwards.
     pub(super) fn drop_reading(&mut self, connection: u32) {
         self.link.forget(connection);
         for which in Retransmission::ALL {
@@ -232,7 +232,7 @@ impl Traffic {
         }
     }
 
-    /// Schedules or cancels a retransmission after a time without an answer.
+    /// Schedules the retransmission that follows a time without an answer, or cancels it.
     fn arm(&mut self, connection: u32, which: Retransmission, unanswered: bool) {
         let due_ns = unanswered.then(|| self.now_ns.saturating_add(self.link.faults.retransmit_ns));
         let before_ns = std::mem::replace(&mut self.connection(connection).due_ns[which as usize], due_ns);
@@ -250,9 +250,9 @@ struct Connection {
     reader: u32,
     writing: WritingEnd,
     reading: ReadingEnd,
-    /// Number of the two ends that are still held.
+    /// Number of ends (0 to 2) that are still held.
     ends: u8,
-    /// True if the reading end is one of them.
+    /// True if the reading end is still held.
     open: bool,
     /// Deadline of each retransmission.
     due_ns: [Option<i64>; 3],

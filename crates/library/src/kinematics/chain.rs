@@ -3,7 +3,7 @@
 //!
 //! Each joint is a line in space with the arm at zero: its axis and a point on it. The pose of the tool is base exp(ξ₁ q₁) … exp(ξₙ qₙ)
 //! home tool (Brockett, *Robotic manipulators and the product of exponentials formula*, 1984; Lynch and Park, *Modern Robotics*, 2017,
-//! section 4.1), so no link frames need be chosen.
+//! section 4.1), so no link frames need to be chosen.
 use super::JOINTS_MAX;
 use super::matrix::{Square, eigenvalues};
 use super::pose::{Numbers, Pose, add, cross, length, product, rotate, scale, subtract, turn};
@@ -11,9 +11,9 @@ use opengpac::Type;
 
 /// A joint that does not move the tool, such as a finger.
 pub const NONE: i32 = 0;
-/// A joint that turns; its position is in rad.
+/// A revolute joint; its position is in rad.
 pub const HINGE: i32 = 1;
-/// A joint that slides; its position is in m.
+/// A prismatic joint; its position is in m.
 pub const SLIDE: i32 = 2;
 
 /// A kinematic chain. Poses are x y z (m), then the quaternion w x y z.
@@ -22,13 +22,13 @@ pub const SLIDE: i32 = 2;
 pub struct Chain {
     /// Number of joints.
     pub joints: i32,
-    /// Kind of each joint: 0 does not move the tool, 1 turns, 2 slides.
+    /// Kind of each joint: 0 does not move the tool, 1 revolute, 2 prismatic.
     pub kind: [i32; JOINTS_MAX],
-    /// Base of the arm in the frame of the poses.
+    /// Pose of the arm's base in the frame of the poses.
     pub base: Numbers,
-    /// Flange in the frame of the base with every joint at 0.
+    /// Pose of the flange in the frame of the base, with every joint at 0.
     pub home: Numbers,
-    /// Tool in the frame of the flange.
+    /// Pose of the tool in the frame of the flange.
     pub tool: Numbers,
     /// Unit vector along each joint's axis, in the frame of the base, with every joint at 0.
     pub axis: [[f64; 3]; JOINTS_MAX],
@@ -37,7 +37,7 @@ pub struct Chain {
 }
 
 impl Chain {
-    /// An undefined chain: it fits no arm.
+    /// An undefined chain, which is not valid for any arm.
     pub const NOTHING: Chain = Chain {
         joints: 0,
         kind: [NONE; JOINTS_MAX],
@@ -67,7 +67,7 @@ impl Chain {
 pub struct Arm<'a> {
     chain: &'a Chain,
     base: Pose,
-    /// Tool in the frame of the base with every joint at 0.
+    /// Pose of the tool in the frame of the base, with every joint at 0.
     end: Pose,
     n: usize,
 }
@@ -83,8 +83,8 @@ pub struct Posture {
     anchor: [[f64; 3]; JOINTS_MAX],
 }
 
-/// A joint at a given position, in the frame of the poses, and the frame of the link that it moves, which is the base's with every joint
-/// at 0.
+/// A joint at a given position, in the frame of the poses, with the frame of the link that it moves (the frame of the base if every joint
+/// is at 0).
 #[derive(Clone, Copy, Debug)]
 pub struct PlacedJoint {
     pub axis: [f64; 3],
@@ -99,7 +99,7 @@ impl Arm<'_> {
         self.n
     }
 
-    /// Returns the base in the frame of the poses.
+    /// Returns the pose of the base in the frame of the poses.
     pub fn base(&self) -> &Pose {
         &self.base
     }
@@ -114,7 +114,7 @@ impl Arm<'_> {
         self.chain.kind[joint]
     }
 
-    /// Returns a joint at position `q` (rad or m), on the previous link, `before`.
+    /// Returns a joint at position `q` (rad or m), mounted on the previous link `before`.
     pub fn placed(&self, before: &Pose, joint: usize, q: f64) -> PlacedJoint {
         let own = self.chain.anchor[joint];
         let (axis, anchor, mut link) = (rotate(before.quaternion, self.chain.axis[joint]), before.point(own), *before);
@@ -141,8 +141,8 @@ impl Arm<'_> {
         posture
     }
 
-    /// Computes the geometric Jacobian, a row for each joint: the tool's linear (m/s) and angular (rad/s) velocity for a joint speed of
-    /// 1.
+    /// Computes the geometric Jacobian, one row for each joint: the tool's linear (m/s) and angular (rad/s) velocity for unit joint
+    /// speed.
     pub fn jacobian(&self, posture: &Posture) -> [[f64; 6]; JOINTS_MAX] {
         let mut rows = [[0.0; 6]; JOINTS_MAX];
         for (i, row) in rows.iter_mut().enumerate().take(self.n) {
@@ -157,8 +157,8 @@ impl Arm<'_> {
         rows
     }
 
-    /// Returns the minimum of the singular values of a Jacobian that such an arm can make nonzero: with fewer than six joints, one per
-    /// joint.
+    /// Returns the minimum singular value of a Jacobian among those that such an arm can make nonzero: with fewer than six joints, one
+    /// per joint.
     pub fn least_singular_value(&self, jacobian: &[[f64; 6]; JOINTS_MAX]) -> f64 {
         let moving = (0..self.n).filter(|i| self.moves(*i)).count();
         match moving {
@@ -168,21 +168,21 @@ impl Arm<'_> {
     }
 }
 
-/// Computes J Jᵀ, for a Jacobian with a row for each joint.
+/// Computes J Jᵀ for a Jacobian with one row for each joint.
 pub fn gram(rows: &[[f64; 6]]) -> Square {
     std::array::from_fn(|i| std::array::from_fn(|j| rows.iter().map(|row| row[i] * row[j]).sum()))
 }
 
-/// Sample chains for the tests of this and other files.
+/// Sample chains for the tests in this and other files.
 #[cfg(test)]
 pub mod samples {
     use super::*;
     use std::f64::consts::FRAC_PI_2;
 
-    /// Joint positions of `six_joints` well away from all singularities: upper arm up, forearm level, tool down.
+    /// Joint positions of `six_joints` far from all singularities: upper arm up, forearm level, tool down.
     pub const HOME: [f64; 6] = [0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, -FRAC_PI_2, 0.0];
 
-    /// Returns two links of 1 m and 0.5 m in the plane.
+    /// Returns a chain of two links, of 1 m and 0.5 m, in a plane.
     pub fn planar() -> Chain {
         let mut chain = Chain { joints: 2, home: [1.5, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], ..Chain::NOTHING };
         for (i, x) in [0.0, 1.0].into_iter().enumerate() {
@@ -191,7 +191,7 @@ pub mod samples {
         chain
     }
 
-    /// Returns an arm with the geometry of a UR5e (published Denavit-Hartenberg parameters), tool along the last axis.
+    /// Returns an arm with the geometry of a UR5e (published Denavit-Hartenberg parameters) and the tool along the last axis.
     pub fn six_joints() -> Chain {
         let (d1, a2, a3, d4, d5, d6) = (0.1625, -0.425, -0.3922, 0.1333, 0.0997, 0.0996);
         let x = a2 + a3;

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Course of the tool: a straight line or an arc of a circle, turning along the way, as a closed form of a coordinate from 0 to 1.
+//! Course of the tool: a straight line or a circular arc, turning along the way, as a closed form of a coordinate from 0 to 1.
 //!
-//! An arc is described by angles at its points and not from its centre: the centre of three nearly collinear points is far away and
-//! ill-conditioned, but the tangent and the length are well-conditioned. With φ = angle · s the position is start + along s sin(φ)/φ +
-//! across s (1 - cos φ)/φ, which is the straight line at an angle of 0. The orientation at s is that at the start, turned by the rotation
-//! vector turn s + bend s².
+//! An arc is described by angles at its points and not by its centre: the centre of three nearly collinear points is far away and
+//! ill-conditioned, but the tangent and the length are well-conditioned. With φ = angle · s, the position is start + along s sin(φ)/φ +
+//! across s (1 - cos φ)/φ, which is the straight line if the angle is 0. The orientation at s is that at the start, rotated by the
+//! rotation vector turn s + bend s².
 use super::pose::{Numbers, Pose, add, cross, length, of_rotation_vector, product, scale, subtract, unit};
 use crate::profile::Limits;
 use opengpac::Type;
 use std::f64::consts::{PI, TAU};
 
-/// Distance below which points of an arc coincide, m.
+/// Distance below which points of an arc count as coincident, m.
 const SAME: f64 = 1e-6;
 /// Deviation from a straight line that an arm cannot resolve, m.
 const FLAT: f64 = 5e-7;
 /// Radius above which no arm can follow more than half of a circle, m.
 const RADIUS_MAX: f64 = 10.0;
-/// Fraction of the acceleration that the centripetal acceleration may take; the rest is for speeding up along the circle.
+/// Fraction of the acceleration that the centripetal acceleration may use; the rest is for the acceleration along the circle.
 const ROUND: f64 = 0.8;
-/// Bend below which a turn counts as even, rad.
+/// Bend below which a turn counts as uniform, rad.
 const UNBENT: f64 = 1e-9;
 
 /// Course of the tool for s from 0 to 1.
@@ -29,7 +29,7 @@ pub struct Course {
     pub start: Numbers,
     /// Displacement along the tangent at the start, m.
     pub along: [f64; 3],
-    /// Displacement of the same length towards the centre of the circle; 0 for a straight line.
+    /// Displacement of the same length towards the centre of the circle, m; 0 for a straight line.
     pub across: [f64; 3],
     /// Angle of the arc, rad; 0 for a straight line.
     pub angle: f64,
@@ -42,11 +42,11 @@ pub struct Course {
 /// Orientation of the tool along an arc.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Orientation {
-    /// Passes the orientations of the start, the via pose and the goal where those poses are.
+    /// Matches the orientations of the start, the via pose and the goal at those poses.
     Via,
-    /// Turns evenly from the orientation of the start to that of the goal.
+    /// Turns uniformly from the orientation of the start to that of the goal.
     Goal,
-    /// Orientation kept relative to the path.
+    /// Keeps the orientation relative to the path.
     Path,
 }
 
@@ -66,9 +66,9 @@ pub enum NoArc {
     ViaAtGoal = 2,
     /// The goal coincides with the tool.
     GoalAtStart = 3,
-    /// The three are on a straight line, and the via pose is not between the other two.
+    /// The three poses are on a straight line, and the via pose is not between the other two.
     ViaBeyond = 4,
-    /// The three are on a straight line, and an angle is requested.
+    /// The three poses are on a straight line, and an angle is requested.
     Straight = 5,
     /// The angle ends before the via pose, whose orientation is requested.
     ViaAfterEnd = 6,
@@ -79,19 +79,19 @@ pub enum NoArc {
 pub struct Arc {
     pub via: Pose,
     pub goal: Pose,
-    /// Angle at which the arc ends, rad; `None`: at the goal.
+    /// Angle at which the arc ends, rad; `None` if it ends at the goal.
     pub angle: Option<f64>,
     pub orientation: Orientation,
 }
 
 impl Course {
-    /// Returns the straight line from one pose to another, turning evenly about one axis.
+    /// Returns the straight line from one pose to another, with a uniform rotation about one axis.
     pub fn straight(start: &Pose, goal: &Pose) -> Course {
         let (along, turn) = start.to(goal);
         Course { start: start.numbers(), along, turn, ..<Course as Type>::zero() }
     }
 
-    /// Returns the arc of a circle from a pose through another.
+    /// Returns the circular arc from a pose through another pose.
     pub fn arc(start: &Pose, arc: &Arc) -> Result<Course, NoArc> {
         let (to_via, to_goal) = (subtract(arc.via.position, start.position), subtract(arc.goal.position, start.position));
         let on = subtract(to_goal, to_via);
@@ -129,7 +129,7 @@ impl Course {
         Pose { position, quaternion: unit(product(of_rotation_vector(turn), start.quaternion)) }
     }
 
-    /// Returns true if the course is an arc or its turn is not even: these need checks that a straight line does not.
+    /// Returns true if the course is an arc or its turn is not uniform, so that it needs checks that a straight line does not need.
     pub fn is_bent(&self) -> bool {
         self.angle != 0.0 || self.turns_unevenly()
     }
@@ -139,7 +139,7 @@ impl Course {
         self.bend != [0.0; 3]
     }
 
-    /// Returns the length of the course, m, and the angle of an even turn, rad.
+    /// Returns the length of the course, m, and the angle of a uniform turn, rad.
     pub fn lengths(&self) -> (f64, f64) {
         (length(self.along), length(self.turn))
     }
@@ -166,8 +166,8 @@ struct Circle {
     to_goal: f64,
 }
 
-/// Returns the circle from a start through two points relative to it (`on` leads from the first to the second) and the unit vector of its
-/// axis; `None` if they are collinear.
+/// Returns the circle from a start through two points relative to it (`on` is the displacement from the first to the second) and the unit
+/// vector of its axis; `None` if the points are collinear.
 fn round(to_via: [f64; 3], to_goal: [f64; 3], on: [f64; 3]) -> Option<(Circle, [f64; 3])> {
     let area = cross(to_via, to_goal);
     let longest = length(to_via).max(length(to_goal)).max(length(on));
@@ -188,7 +188,8 @@ fn round(to_via: [f64; 3], to_goal: [f64; 3], on: [f64; 3]) -> Option<(Circle, [
     Some((Circle { tangent, radius, to_via: 2.0 * to_via_half, to_goal: 2.0 * to_goal_half }, axis))
 }
 
-/// Returns the turn and bend that have the orientation of the via pose at a fraction of the course, and that of the goal at its end.
+/// Returns the turn and bend for which the tool has the orientation of the via pose at the fraction `share` of the course, and that of
+/// the goal at its end.
 fn turns(start: &Pose, arc: &Arc, share: f64) -> ([f64; 3], [f64; 3]) {
     let to_via = start.to(&arc.via).1;
     let goal = goes_on(start.to(&arc.goal).1, add(to_via, arc.via.to(&arc.goal).1));
@@ -196,7 +197,7 @@ fn turns(start: &Pose, arc: &Arc, share: f64) -> ([f64; 3], [f64; 3]) {
     if length(bend) < UNBENT { (goal, [0.0; 3]) } else { (subtract(goal, bend), bend) }
 }
 
-/// Returns the equivalent rotation vector that is nearest to another one: a turn may exceed half a turn.
+/// Returns the equivalent rotation vector that is nearest to `near`, because a turn may exceed half a revolution.
 fn goes_on(turn: [f64; 3], near: [f64; 3]) -> [f64; 3] {
     let angle = length(turn);
     let axis = if angle > UNBENT { scale(turn, 1.0 / angle) } else { scale(near, -1.0 / length(near).max(UNBENT)) };

@@ -3,14 +3,14 @@
 //!
 //! The outward pass from the base computes the velocity and acceleration of each link; in the inward pass from the tip, each joint
 //! carries the forces of the links beyond it (Luh, Walker and Paul, *On-line computational scheme for mechanical manipulators*, 1980).
-//! Gravity enters as an acceleration of the base. The computation time grows with the number of joints, not with its square.
+//! Gravity is included as an acceleration of the base. The computation time grows linearly with the number of joints.
 use super::JOINTS_MAX;
 use super::chain::{Arm, HINGE, SLIDE};
 use super::pose::{add, conjugate, cross, rotate, scale, subtract};
 use opengpac::Type;
 
-/// Masses of the links of a chain; the link of a joint is everything that moves with it. Positions and directions are in the base's
-/// frame, with every joint at 0.
+/// Mass properties of the links of a chain; the link of a joint is everything that moves with the joint. Positions and directions are in
+/// the base's frame, with every joint at 0.
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
 pub struct Links {
@@ -24,7 +24,7 @@ pub struct Links {
     pub armature: [f64; JOINTS_MAX],
 }
 
-/// Positions, velocities and accelerations of the joints, one element for each joint.
+/// Positions, velocities and accelerations of the joints; each slice has one element per joint.
 #[derive(Clone, Copy, Debug)]
 pub struct JointMotion<'a> {
     pub q: &'a [f64],
@@ -32,7 +32,7 @@ pub struct JointMotion<'a> {
     pub acceleration: &'a [f64],
 }
 
-/// Force on a link, its moment about the centre of mass, and the displacement of that centre from the joint's anchor.
+/// Force on a link, its moment about the centre of mass, and the position of that centre relative to the joint's anchor.
 #[derive(Clone, Copy, Debug, Default)]
 struct Load {
     force: [f64; 3],
@@ -44,7 +44,7 @@ impl Links {
     /// Links without mass.
     pub const MASSLESS: Links = Links { mass: [0.0; JOINTS_MAX], centre: [[0.0; 3]; JOINTS_MAX], inertia: [[0.0; 6]; JOINTS_MAX], armature: [0.0; JOINTS_MAX] };
 
-    /// Returns true if the first `n` links are valid: no mass or motor inertia is negative, and every number is finite.
+    /// Returns true if the first `n` links are valid: no mass or motor inertia is negative, and all numbers are finite.
     pub fn are_sound(&self, n: usize) -> bool {
         (0..n).all(|i| {
             let numbers = [&self.centre[i][..], &self.inertia[i], &[self.mass[i], self.armature[i]]];
@@ -116,7 +116,8 @@ mod tests {
     use crate::kinematics::chain::samples::planar;
     use crate::kinematics::chain::{Chain, NONE};
 
-    /// Returns two links of 1 m and 0.5 m: 3 kg at 0.4 m with 0.2 kg m² about z, and 2 kg at 0.3 m with 0.1 kg m².
+    /// Returns two links of 1 m and 0.5 m. Centres of mass and inertias about z are 3 kg at 0.4 m with 0.2 kg m², and 2 kg at 0.3 m with
+    /// 0.1 kg m².
     fn links() -> Links {
         let mut links = Links::MASSLESS;
         links.mass[..2].copy_from_slice(&[3.0, 2.0]);

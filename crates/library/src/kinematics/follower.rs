@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Common part of the generators of tool motion: path time advances at a pace, and the joints follow by inverse kinematics.
+//! Common part of the generators of tool motions: path time advances at a pace, and the joints follow by inverse kinematics.
 use super::JOINTS_MAX;
 use super::chain::Arm;
 use super::inverse::{Ranges, inverse};
@@ -20,18 +20,18 @@ const ANYWHERE: Ranges = Ranges { min: &[f64::NEG_INFINITY; JOINTS_MAX], max: &[
 pub struct Follower {
     /// Number of the plan being executed.
     plan: f64,
-    /// Path time, s, and its pace.
+    /// Path time, s, followed by its pace.
     time_s: f64,
     pace: f64,
     span: Span,
-    /// The motion comes to rest because time was lost.
+    /// True if the motion is coming to rest because time was lost.
     is_lost: bool,
     /// Joint positions of the previous invocation.
     q: [f64; JOINTS_MAX],
     tail: Tail,
 }
 
-/// Segment of path time: its start and duration, the pace at its start and end, and the slope between.
+/// Segment of path time: its start and duration, the pace at its start and end, and the slope of the pace in between.
 #[derive(Clone, Copy, Debug)]
 pub struct Stretch {
     pub time_s: f64,
@@ -53,7 +53,7 @@ pub trait Way {
     fn progress(&self, time_s: f64) -> f64;
     /// Returns the commanded pose of the tool at a path time.
     fn pose(&self, time_s: f64) -> Pose;
-    /// Returns true if the accelerations allow a segment to be passed with this change of pace.
+    /// Returns true if the acceleration limits allow this change of pace over the segment.
     fn allows(&self, stretch: Stretch) -> bool;
 }
 
@@ -64,7 +64,7 @@ pub struct FollowerInputs<'a> {
     pub cell_override: &'a [f64],
     pub holding: bool,
     pub speed_max: &'a [f64],
-    /// Maximum time that may be lost at once, s.
+    /// Maximum single loss of time, s.
     pub gap_max: &'a [f64],
     pub invocation: &'a Invocation,
 }
@@ -77,13 +77,13 @@ pub struct FollowerOutputs {
     pub acceleration: [f64; JOINTS_MAX],
     pub pose: Numbers,
     pub progress: f64,
-    /// The last set-point has been stored.
+    /// True if the last set-point has been stored.
     pub complete: bool,
-    /// The motion is at rest as requested.
+    /// True if the motion is at rest as requested.
     pub held: bool,
-    /// The arm cannot follow from here; the value is the completed fraction, 0 to 1.
+    /// Completed fraction, 0 to 1, at which the arm cannot continue to follow the motion.
     pub singular: Option<f64>,
-    /// The motion is at rest because more time was lost at once than allowed; the value is the time lost, s.
+    /// Time lost, s, if the motion is at rest because a single loss of time exceeded the maximum.
     pub gap_s: Option<f64>,
 }
 
@@ -151,8 +151,8 @@ impl Follower {
         })
     }
 
-    /// Starts a new plan, if there is one. Returns the time since the previous invocation. At the start the planned speed is 0: any pace
-    /// is permitted.
+    /// Starts a new plan, if there is one. Returns the time since the previous invocation. At the start, the planned speed is 0, so any
+    /// pace is permitted.
     fn begin(&mut self, plan: f64, from: &[f64; JOINTS_MAX], wanted: f64, invocation: &Invocation) -> ElapsedTime {
         if plan != self.plan {
             *self = Follower { plan, pace: wanted, q: *from, ..Follower::default() };
@@ -161,7 +161,7 @@ impl Follower {
     }
 
     /// Advances the path time by `span_s` at the requested pace, as far as `fits` and the maximum joint speeds allow. Returns false if
-    /// the joints cannot follow: then the motion stops, and nothing else has changed.
+    /// the joints cannot follow: the motion then stops, and nothing else changes.
     fn go_on(&mut self, arm: &Arm, span_s: f64, wanted: f64, speed_max: &[f64], pose: impl Fn(f64) -> Pose, fits: impl Fn(Stretch) -> bool) -> bool {
         if span_s <= 0.0 {
             return true;

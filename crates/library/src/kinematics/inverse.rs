@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Inverse kinematics by damped least squares, within the ranges of the joints.
 //!
-//! dq = Jᵀ (J Jᵀ + λ)⁻¹ e (Levenberg and Marquardt), λ proportional to the error, so that it is Newton's step near the goal and a short
-//! one near a singularity (Sugihara, *Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method*, IEEE Transactions on
-//! Robotics, 2011). A joint at an end of its range that would move beyond it is left out of the step.
+//! dq = Jᵀ (J Jᵀ + λ)⁻¹ e (Levenberg and Marquardt), with λ proportional to the error, so that it is a Newton step near the goal and a
+//! short step near a singularity (Sugihara, *Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method*, IEEE
+//! Transactions on Robotics, 2011). A joint at an end of its range that would move beyond it is excluded from the step.
 use super::JOINTS_MAX;
 use super::chain::{Arm, Posture, gram};
 use super::matrix::solve;
 use super::pose::{Pose, length};
 
-/// Maximum movement of a joint in one iteration, rad or m: the linear model does not hold further away.
+/// Maximum movement of a joint in one iteration, rad or m, because the linear model is valid only nearby.
 const STEP_MAX: f64 = 0.4;
-/// Fraction of the tolerance below which an error is accepted: one more iteration would change nothing significant.
+/// Fraction of the tolerance below which an error is accepted, because another iteration would not change anything significant.
 const EXACT: f64 = 1e-4;
-/// Minimum damping: keeps the equations solvable with fewer than six joints.
+/// Minimum damping, which keeps the equations solvable with fewer than six joints.
 const DAMPING_MIN: f64 = 1e-14;
-/// Iterations of one attempt: enough for half a turn.
+/// Number of iterations per attempt, sufficient for half a revolution.
 const ITERATIONS: u32 = 80;
 
 /// Maximum error that counts as reached.
@@ -23,7 +23,7 @@ const ITERATIONS: u32 = 80;
 pub struct Tolerance {
     /// m
     pub position: f64,
-    /// rad
+    /// Maximum angle, rad.
     pub angle: f64,
     /// True if the orientation counts.
     pub orientation: bool,
@@ -49,7 +49,7 @@ pub struct InverseSolution {
     pub stopped_by: Option<usize>,
 }
 
-/// Searches the joint positions for `goal`, starting from `near`.
+/// Searches for joint positions that reach `goal`, starting from `near`.
 pub fn inverse(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, tolerance: Tolerance) -> InverseSolution {
     let mut search = Search::new(arm, goal, near, ranges, tolerance);
     for _ in 0..ITERATIONS {
@@ -60,8 +60,8 @@ pub fn inverse(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, tolerance: 
     search.found(tolerance)
 }
 
-/// Searches like [`inverse`], but if that fails retries from other positions in the ranges, with `attempts` in all. Returns the first
-/// solution that reaches the goal, or else the best.
+/// Searches like [`inverse`], but if that fails, retries from other positions within the ranges, up to `attempts` in all. Returns the
+/// first solution that reaches the goal, or otherwise the best one.
 pub fn inverse_anywhere(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, tolerance: Tolerance, attempts: u32) -> InverseSolution {
     let mut best = inverse(arm, goal, near, ranges, tolerance);
     for attempt in 1..attempts.max(1) {
@@ -82,8 +82,8 @@ pub fn inverse_anywhere(arm: &Arm, goal: &Pose, near: &[f64], ranges: Ranges, to
     best
 }
 
-/// Returns the joint whose range prevents the arm from reaching the goal: the joint stopped at an end of its range, if the goal is
-/// reachable without ranges.
+/// Returns the joint whose range prevents the arm from reaching the goal: the joint stopped at an end of its range, if the goal could be
+/// reached without ranges.
 pub fn in_the_way(arm: &Arm, goal: &Pose, near: &[f64], found: &InverseSolution, tolerance: Tolerance, attempts: u32) -> Option<usize> {
     let joint = found.stopped_by?;
     let turn = |sign: f64| -> [f64; JOINTS_MAX] { std::array::from_fn(|i| near.get(i).map_or(0.0, |q| q + sign * 2.0 * std::f64::consts::PI)) };
@@ -92,7 +92,7 @@ pub fn in_the_way(arm: &Arm, goal: &Pose, near: &[f64], found: &InverseSolution,
     free.reached.then_some(joint)
 }
 
-/// Returns the i-th number of Halton's sequence for a prime base: spread evenly over 0 to 1.
+/// Returns the i-th number of the Halton sequence for a prime base; the numbers are spread evenly over 0 to 1.
 fn halton(index: u32, dimension: usize) -> f64 {
     const PRIMES: [u32; JOINTS_MAX] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
     let base = PRIMES[dimension];
@@ -114,7 +114,7 @@ struct Search<'a> {
     /// Posture at q, and the error that remains.
     posture: Posture,
     error: [f64; 6],
-    /// Factor of the damping: grows when a step made the error worse.
+    /// Damping factor, which increases when a step has made the error worse.
     caution: f64,
     stopped_by: Option<usize>,
 }
@@ -137,7 +137,7 @@ impl<'a> Search<'a> {
         [way[0], way[1], way[2], turn[0], turn[1], turn[2]]
     }
 
-    /// Makes a step; returns false if the error cannot become smaller.
+    /// Makes one step; returns false if the error cannot be reduced further.
     fn improve(&mut self) -> bool {
         const CAUTION_MAX: f64 = 1e8;
         let now = square(&self.error);
@@ -167,7 +167,7 @@ impl<'a> Search<'a> {
         false
     }
 
-    /// Computes the damped step, without the joints that would leave their ranges.
+    /// Computes the damped step, excluding the joints that would leave their ranges.
     fn step(&mut self, rows: &[[f64; 6]; JOINTS_MAX], error_square: f64) -> [f64; JOINTS_MAX] {
         let n = self.arm.joints();
         let mut rows = *rows;
@@ -201,7 +201,7 @@ fn square(error: &[f64; 6]) -> f64 {
     error.iter().map(|e| e * e).sum()
 }
 
-/// Computes Jᵀ (J Jᵀ + λ)⁻¹ e, for a Jacobian with a row for each joint; the whole step is shortened if a joint would move too far.
+/// Computes Jᵀ (J Jᵀ + λ)⁻¹ e for a Jacobian with one row for each joint; the whole step is shortened if a joint would move too far.
 pub fn damped(rows: &[[f64; 6]], error: &[f64; 6], damping: f64) -> [f64; JOINTS_MAX] {
     let mut a = gram(rows);
     for (i, row) in a.iter_mut().enumerate() {

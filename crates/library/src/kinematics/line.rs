@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A straight line or an arc of the tool, planned as a whole before anything moves.
 //!
-//! The tool moves from its pose at `from` along a [`Course`], with a jerk-limited profile s(t). The plan follows it by inverse kinematics
-//! at [`SAMPLES`] points. So a line that leaves a joint's range or the reach of the arm is detected before it begins, and its speed is
-//! the maximum that the joints can do at their worst point: with q' = dq/ds and q'' = d²q/ds² there, ṡ ≤ v/|q'|, ṡ² ≤ a/(2 |q''|), s̈ ≤
-//! a/(2 |q'|) keep every joint within its speed v and acceleration a.
+//! The tool moves from its pose at `from` along a [`Course`], with a jerk-limited profile s(t). The plan follows the course by inverse
+//! kinematics at [`SAMPLES`] points. Thus a line that leaves a joint's range or the reach of the arm is detected before the motion
+//! begins, and the speed is the maximum that the joints can follow at the most demanding point: with q' = dq/ds and q'' = d²q/ds² there,
+//! ṡ ≤ v/|q'|, ṡ² ≤ a/(2 |q''|), s̈ ≤ a/(2 |q'|) keep every joint within its speed v and acceleration a.
 pub(crate) mod planner;
 
 use super::JOINTS_MAX;
@@ -19,16 +19,16 @@ use opengpac::{ConditionOf, Type};
 pub const SAMPLES: usize = 128;
 /// Maximum distance of the tool from the line, m and rad.
 pub const ON_THE_LINE: Tolerance = Tolerance { position: 1e-7, angle: 1e-7, orientation: true };
-/// Joint step between adjacent points above which the arm has changed its posture.
+/// Joint step between adjacent points above which the arm counts as having changed its posture.
 const LEAP: f64 = 0.5;
-/// Number of starting positions from which the goal of an infeasible line is tried, to find the reason.
+/// Number of starting positions from which the goal of an infeasible line is tried, to determine the reason.
 const ATTEMPTS: u32 = 4;
 
 /// A planned line or arc. Poses are x y z (m), then the quaternion w x y z.
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
 pub struct Line {
-    /// Number of the plan: 1, 2, …; 0: none yet.
+    /// Number of the plan: 1, 2, …; 0 if there is none yet.
     pub plan: f64,
     /// Number of joints.
     pub joints: i32,
@@ -44,7 +44,7 @@ pub struct Line {
     pub profile: Coefficients,
 }
 
-/// Request for a line.
+/// Requested line.
 #[derive(Clone, Copy, Debug)]
 pub struct Wish<'a> {
     pub from: &'a [f64],
@@ -63,11 +63,11 @@ pub struct Wish<'a> {
 /// Reason why a line cannot be followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Obstacle {
-    /// The goal is out of reach; the value is the distance, m.
+    /// The goal is unreachable; the value is the distance of the tool from it, m.
     Unreachable(f64),
     /// The line leaves the range of this joint.
     Limit(usize),
-    /// The arm comes so near to a singularity that only this fraction of the speed is possible.
+    /// The arm comes so close to a singularity that only this fraction of the speed is possible.
     Singular(f64),
 }
 
@@ -82,7 +82,7 @@ impl Obstacle {
     }
 }
 
-/// Plans line number `number` (from 1) along a course from the pose of the tool. The caller has checked that numbers are finite and
+/// Plans line number `number` (from 1) along a course from the pose of the tool. The caller must have checked that numbers are finite and
 /// limits positive.
 pub fn plan_line(number: f64, arm: &Arm, course: &Course, wish: &Wish) -> Result<Line, Obstacle> {
     let n = arm.joints();
@@ -128,7 +128,8 @@ fn samples(course: &Course) -> (usize, f64) {
     (samples, 1.0 / samples as f64)
 }
 
-/// Returns the limits of s that keep a turn about a changing axis within the limits of the orientation at every point, as for the joints.
+/// Returns the limits of s that keep a turn about a changing axis within the limits of the orientation at every point, in the same way as
+/// for the joints.
 fn uneven(course: &Course, start: &Pose, angular: &Limits) -> Limits {
     let (samples, pace) = samples(course);
     let (mut here, mut before) = (*start, [0.0; 3]);
@@ -152,8 +153,8 @@ fn part_of(limits: &Limits, way: f64, most: &Limits) -> Limits {
     Limits { speed: most.speed.min(limits.speed / way), acceleration: most.acceleration.min(limits.acceleration / way), jerk: most.jerk.min(limits.jerk / way) }
 }
 
-/// Computes the joint positions at the next point of a line from those at the previous one; `wish.goal` serves to find the reason for a
-/// failure.
+/// Computes the joint positions at the next point of a line from those at the previous one; `wish.goal` is used only to determine the
+/// reason for a failure.
 pub fn next(arm: &Arm, goal: &Pose, here: &[f64; JOINTS_MAX], wish: &Wish) -> Result<[f64; JOINTS_MAX], Obstacle> {
     let n = arm.joints();
     let found = inverse(arm, goal, &here[..n], wish.ranges, ON_THE_LINE);
@@ -164,7 +165,7 @@ pub fn next(arm: &Arm, goal: &Pose, here: &[f64; JOINTS_MAX], wish: &Wish) -> Re
     Err(obstacle(arm, goal, here, &found, wish))
 }
 
-/// Returns the obstacle: the end of a range; else, if the goal itself can be reached, a singularity on the path to it.
+/// Returns the obstacle: the end of a range or, if the goal itself can be reached, a singularity on the path to it.
 fn obstacle(arm: &Arm, place: &Pose, here: &[f64; JOINTS_MAX], found: &InverseSolution, wish: &Wish) -> Obstacle {
     let n = arm.joints();
     if let Some(joint) = in_the_way(arm, place, &here[..n], found, ON_THE_LINE, 1) {

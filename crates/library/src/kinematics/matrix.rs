@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Symmetric matrices of six rows: solution and eigenvalues.
 
-/// Six rows of six.
+/// A matrix of six rows and six columns.
 pub type Square = [[f64; 6]; 6];
 
 /// Solves a x = b for a symmetric positive definite a (Cholesky); returns `None` if a is not positive definite.
@@ -32,7 +32,7 @@ pub fn solve(a: &Square, b: &[f64; 6]) -> Option<[f64; 6]> {
     Some(x)
 }
 
-/// Computes the eigenvalues of a symmetric matrix, the largest first (Jacobi's rotations, cyclic).
+/// Computes the eigenvalues of a symmetric matrix, largest first (cyclic Jacobi rotations).
 pub fn eigenvalues(a: &Square) -> [f64; 6] {
     const SWEEPS: usize = 12;
     let mut a = *a;

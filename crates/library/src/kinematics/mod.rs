@@ -2,7 +2,7 @@
 //! Kinematics and dynamics of an arm: the pose and the velocity of its tool, the joint positions for a pose, and the efforts for a
 //! motion.
 //!
-//! All types have a fixed size and nothing allocates, so blocks on the real-time path can use them.
+//! All types have a fixed size, and no function allocates, so blocks on the real-time path can use them.
 pub mod chain;
 pub mod course;
 pub mod dynamics;
@@ -18,11 +18,11 @@ pub mod tool_jog;
 pub const JOINTS_MAX: usize = 16;
 /// The chain is for another number of joints, or one of its axes or frames is not a unit vector or quaternion.
 pub const BAD_CHAIN: u32 = 1;
-/// A position is not a finite number, or a pose has no unit quaternion.
+/// A position is not a finite number, or the quaternion of a pose is not a unit quaternion.
 pub const BAD_POSE: u32 = 2;
 /// A speed, acceleration or jerk limit is not above 0, or an override is not within 0 and 1.
 pub const BAD_LIMIT: u32 = 3;
 /// There is no planned line: the planner has not run, or has not found one.
 pub const NO_PLAN: u32 = 4;
-/// A link's mass or its motor's inertia is negative, or a number of it is not finite.
+/// A link's mass or its motor's inertia is negative, or one of its numbers is not finite.
 pub const BAD_LINKS: u32 = 3;

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Straight lines of the tool through poses, joined by blends, planned as a whole before anything moves.
 //!
-//! The position of the tool moves along a path of four coordinates: x, y, z, and the angle turned since the start, so that the
-//! orientation has a speed and an acceleration too. On a line the orientation turns evenly about one axis; in a blend it changes from one
-//! turn to the other as the position does (de Casteljau's construction, with turns for lines). Inverse kinematics follows the whole path
-//! in advance, and the path is slowed down as a whole until no joint exceeds its limits anywhere.
+//! The position of the tool moves along a path of four coordinates: x, y, z, and the angle rotated since the start, so that the
+//! orientation has a speed and an acceleration too. On a line, the orientation turns uniformly about one axis; in a blend, it changes
+//! from one rotation to the other in the same way as the position (de Casteljau's construction, with rotations in place of lines).
+//! Inverse kinematics follows the whole path in advance, and the path is slowed down as a whole until no joint exceeds its limits
+//! anywhere.
 pub(crate) mod generator;
 pub(crate) mod planner;
 mod planning;
@@ -18,7 +19,7 @@ pub use planning::{Budget, PolylinePlanning, which};
 
 /// Number of points within a period at which a change of the pace is checked.
 const PLACES: u32 = 6;
-/// Number of position coordinates, and index of the angle.
+/// Number of position coordinates; also the index of the angle.
 const SPACE: usize = 3;
 
 macro_rules! polyline {
@@ -27,7 +28,7 @@ macro_rules! polyline {
         #[derive(Clone, Copy, Debug, PartialEq, Type)]
         #[repr(C)]
         pub struct $name {
-            /// x, y, z (m) and the angle turned (rad) as a path.
+            /// Path of x, y, z (m) and the rotated angle (rad).
             pub path: $path,
             /// Orientation at each way-point, w first.
             pub quaternion: [[f64; 4]; $all],
@@ -63,7 +64,7 @@ polyline!(
     Polyline, Path, POINTS_MAX + 1
 );
 polyline!(
-    /// A planned path of the tool through up to 4,096 poses, like `polyline`.
+    /// A planned path of the tool through up to 4,096 poses; otherwise like `polyline`.
     LongPolyline, LongPath, LONG_POINTS_MAX + 1
 );
 
@@ -101,14 +102,14 @@ impl PolylineView<'_> {
         if self.path.points < 2 { self.quaternion[0] } else { between(self.quaternion[after], self.quaternion[after + 1], share) }
     }
 
-    /// Returns the velocity and acceleration of the position and of the angle at a time, in the form in which they are limited.
+    /// Returns the velocity and acceleration of the position and of the angle at a time, in the quantities to which the limits apply.
     fn motion(&self, time_s: f64) -> ([f64; 4], [f64; 4]) {
         let (mut velocity, mut acceleration) = ([0.0; 4], [0.0; 4]);
         self.path.evaluate(time_s, &mut [0.0; 4], &mut velocity, &mut acceleration);
         (velocity, acceleration)
     }
 
-    /// Returns true if the limits allow the planned motion at a time to pass at a pace that changes at `slope`.
+    /// Returns true if the limits allow the planned motion at a time to be executed at a pace that changes at `slope`.
     fn fits(&self, time_s: f64, pace: f64, slope: f64) -> bool {
         let (velocity, planned) = self.motion(time_s);
         let together = crate::pace::acceleration;
@@ -157,7 +158,7 @@ impl Way for PolylineView<'_> {
     }
 }
 
-/// Interpolates by a fraction of the shorter turn between two orientations.
+/// Interpolates between two orientations by a fraction of the shorter rotation.
 fn between(from: [f64; 4], to: [f64; 4], share: f64) -> [f64; 4] {
     let (from, to) = (Pose { quaternion: from, ..Pose::IDENTITY }, Pose { quaternion: to, ..Pose::IDENTITY });
     from.along(from.to(&to), share).quaternion

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Poses: a position and a unit quaternion, composed, turned and interpolated.
+//! Poses: a position and a unit quaternion; composition, rotation and interpolation.
 //!
-//! A pose is represented by seven numbers: x, y, z in m, then the quaternion w, x, y, z (w first, as in MuJoCo). q and -q are the same
-//! orientation; comparison and interpolation take the shorter turn.
+//! A pose is represented by seven numbers: x, y, z in m, then the quaternion w, x, y, z (w first, as in MuJoCo). q and -q represent the
+//! same orientation; comparison and interpolation use the shorter rotation.
 
-/// A pose in the form in which blocks exchange it: x y z (m), then the quaternion w x y z.
+/// A pose as exchanged between blocks: x y z (m), then the quaternion w x y z.
 pub type Numbers = [f64; 7];
-/// Tolerance of the length of a quaternion, relative to 1.
+/// Tolerance for the length of a quaternion, relative to 1.
 const LENGTH_TOLERANCE: f64 = 1e-3;
 
 /// A position and an orientation.
@@ -22,7 +22,7 @@ impl Pose {
     /// Identity pose.
     pub const IDENTITY: Pose = Pose { position: [0.0; 3], quaternion: [1.0, 0.0, 0.0, 0.0] };
 
-    /// Parses seven numbers, and normalises the quaternion; returns `None` if one is not finite or the length is not near 1.
+    /// Parses seven numbers and normalises the quaternion; returns `None` if a number is not finite or the length is not close to 1.
     pub fn of(numbers: &Numbers) -> Option<Pose> {
         let [x, y, z, w, i, j, k] = *numbers;
         let length = (w * w + i * i + j * j + k * k).sqrt();
@@ -52,7 +52,7 @@ impl Pose {
         Pose { position: scale(rotate(quaternion, self.position), -1.0), quaternion }
     }
 
-    /// Returns the pose with this position, turned by roll, pitch and yaw: about the fixed x, then y, then z axis, rad.
+    /// Returns the pose with this position, rotated by roll, pitch and yaw: about the fixed x, then y, then z axis, rad.
     pub fn of_rpy(position: [f64; 3], [roll, pitch, yaw]: [f64; 3]) -> Pose {
         let about = [turn([1.0, 0.0, 0.0], roll), turn([0.0, 1.0, 0.0], pitch), turn([0.0, 0.0, 1.0], yaw)];
         Pose { position, quaternion: product(product(about[2], about[1]), about[0]) }
@@ -66,15 +66,15 @@ impl Pose {
         if across < 1e-9 { [(-z[1]).atan2(y[1]), pitch, 0.0] } else { [y[2].atan2(z[2]), pitch, x[1].atan2(x[0])] }
     }
 
-    /// Returns the displacement from here to `goal` (m), and the rotation vector (axis times angle, rad, at most pi), both in the
+    /// Returns the displacement from this pose to `goal` (m), and the rotation vector (axis times angle, rad, at most pi), both in the
     /// reference frame.
     pub fn to(&self, goal: &Pose) -> ([f64; 3], [f64; 3]) {
         let turn = product(goal.quaternion, conjugate(self.quaternion));
         (subtract(goal.position, self.position), rotation_vector(turn))
     }
 
-    /// Returns the pose at the fraction `s` (0 to 1) of the displacement and turn returned by `to`: a straight line, turning evenly about
-    /// one axis.
+    /// Returns the pose at the fraction `s` (0 to 1) of the displacement and rotation returned by `to`: a straight line, with a uniform
+    /// rotation about one axis.
     pub fn along(&self, (way, turn): ([f64; 3], [f64; 3]), s: f64) -> Pose {
         Pose { position: add(self.position, scale(way, s)), quaternion: unit(product(of_rotation_vector(scale(turn, s)), self.quaternion)) }
     }
@@ -105,7 +105,7 @@ pub fn length(a: [f64; 3]) -> f64 {
     (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]).sqrt()
 }
 
-/// Multiplies two quaternions: first b, then a.
+/// Multiplies two quaternions: the rotation b followed by the rotation a.
 pub fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
     [
         a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
@@ -115,19 +115,19 @@ pub fn product(a: [f64; 4], b: [f64; 4]) -> [f64; 4] {
     ]
 }
 
-/// Returns the inverse turn.
+/// Returns the inverse rotation.
 pub fn conjugate(q: [f64; 4]) -> [f64; 4] {
     [q[0], -q[1], -q[2], -q[3]]
 }
 
-/// Turns a vector by a unit quaternion.
+/// Rotates a vector by a unit quaternion.
 pub fn rotate(q: [f64; 4], v: [f64; 3]) -> [f64; 3] {
     let u = [q[1], q[2], q[3]];
     let t = scale(cross(u, v), 2.0);
     add(add(v, scale(t, q[0])), cross(u, t))
 }
 
-/// Returns the quaternion of a turn about a unit axis by an angle in rad.
+/// Returns the quaternion of a rotation about a unit axis by an angle in rad.
 pub fn turn(axis: [f64; 3], angle: f64) -> [f64; 4] {
     let (sine, cosine) = (angle / 2.0).sin_cos();
     [cosine, axis[0] * sine, axis[1] * sine, axis[2] * sine]

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Motion of the tool along a direction without a known end: speed, stop and new directions are set during the motion.
 //!
-//! Before each set-point the stop that would follow it is computed, set-point by set-point, by inverse kinematics. If every joint keeps
-//! its range, speed, acceleration and jerk until rest, the set-point is accepted and its stop is stored; otherwise the arm continues
-//! along the last stored stop, and a lower speed is tried. So there is always a path to rest along the line within the limits of the
-//! joints, even near singularities and the ends of ranges (Fraichard and Asama, *Inevitable collision states*, 2004: a state is safe if a
-//! checked manoeuvre leads from it to rest).
+//! Before each set-point, the stop that would follow it is computed, set-point by set-point, by inverse kinematics. If every joint stays
+//! within its range, speed, acceleration and jerk until rest, the set-point is accepted and its stop is stored; otherwise the arm
+//! continues along the last stored stop, and a lower speed is tried. Thus there is always a path to rest along the line within the limits
+//! of the joints, even near singularities and the ends of ranges (Fraichard and Asama, *Inevitable collision states*, 2004: a state is
+//! safe if a checked manoeuvre leads from it to rest).
 use super::JOINTS_MAX;
 use super::chain::Arm;
 use super::inverse::{Ranges, damped, inverse};
@@ -16,22 +16,23 @@ use crate::profile::Limits;
 
 /// Maximum number of set-points of a stop.
 const STOP_MAX: usize = 32;
-/// Factor by which the speed is lowered if its stop is infeasible, and by which it rises again.
+/// Factor by which the speed is reduced if its stop is infeasible, and by which it is increased again.
 const LOWER: f64 = 0.7;
 const HIGHER: f64 = 1.05;
 /// Fraction of the requested speed below which the direction is abandoned.
 const SLOWEST: f64 = 0.02;
-/// Fraction of a joint's acceleration and jerk that the tool's acceleration and jerk may take; the rest is for the curvature in joint
+/// Fraction of a joint's acceleration and jerk that the tool's acceleration and jerk may use; the rest is for the curvature in joint
 /// space.
 const SHARE: f64 = 0.6;
 /// Fraction by which rounding may exceed a limit.
 const ROUNDING: f64 = 1e-6;
 /// Number of equal set-points that counts as rest.
 const REST: u32 = 3;
-/// Displacement of the tool, m or rad, over which the joints' motion counts as linear, and the damping of the equation for it.
+/// Displacement of the tool, m or rad, over which the joints' motion counts as linear; also the damping of the equation for it.
 const SMALL: f64 = 1e-6;
 const DAMPING: f64 = 1e-12;
-/// Displacement of a joint per unit of the tool's beyond which a singularity is not approached further, rad or m for 1 m or 1 rad.
+/// Displacement of a joint per unit displacement of the tool above which the tool does not come any closer to a singularity, rad or m for
+/// 1 m or 1 rad.
 const SLOPE_MAX: f64 = 2e3;
 const ANYWHERE: Ranges = Ranges { min: &[f64::NEG_INFINITY; JOINTS_MAX], max: &[f64::INFINITY; JOINTS_MAX] };
 
@@ -47,11 +48,11 @@ pub struct Twist {
 #[derive(Clone, Copy, Debug)]
 pub struct Wish<'a> {
     pub twist: Twist,
-    /// Distance to move in this direction, m, or rad if the tool only turns.
+    /// Distance to move in this direction, m, or rad if the tool only rotates.
     pub distance: f64,
     /// Permitted fraction of the speed, 0 to 1.
     pub share: f64,
-    /// Acceleration and jerk of the tool's position, m/s² and m/s³, and of its orientation.
+    /// Acceleration and jerk: of the tool's position, m/s² and m/s³, and of its orientation.
     pub linear: Limits,
     pub angular: Limits,
     pub joints: &'a [Limits],
@@ -63,9 +64,9 @@ pub struct Wish<'a> {
 /// Reason why the tool cannot continue in a direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Obstacle {
-    /// The range of this joint (from 0) ends.
+    /// The range of this joint (numbered from 0) ends.
     Limit(usize),
-    /// The arm comes near a singularity, or to the end of its reach.
+    /// The arm comes close to a singularity or to the limit of its reach.
     Singular,
 }
 
@@ -73,7 +74,7 @@ pub enum Obstacle {
 #[derive(Clone, Copy, Debug)]
 struct Heading {
     start: Pose,
-    /// Displacement and turn of the tool for one unit along the direction, in the frame of the poses.
+    /// Displacement and rotation of the tool for one unit along the direction, in the frame of the poses.
     linear: [f64; 3],
     angular: [f64; 3],
     /// Direction as first requested, with which later requests are compared.
@@ -81,7 +82,7 @@ struct Heading {
     distance: f64,
 }
 
-/// A checked sequence of set-points to rest.
+/// A checked sequence of set-points that ends at rest.
 #[derive(Clone, Copy, Debug)]
 struct Stop {
     q: [[f64; JOINTS_MAX]; STOP_MAX],
@@ -91,7 +92,7 @@ struct Stop {
     next: usize,
 }
 
-/// Motion of a tool.
+/// Motion of a tool along a direction.
 #[derive(Clone, Copy, Debug)]
 pub struct ToolJog {
     /// Last set-points, newest first.
@@ -116,13 +117,13 @@ impl Default for ToolJog {
 }
 
 impl Twist {
-    /// Returns the speed: m/s, or rad/s if the tool only turns.
+    /// Returns the speed: m/s, or rad/s if the tool only rotates.
     pub fn speed(&self) -> f64 {
         let linear = length(self.linear);
         if linear > 0.0 { linear } else { length(self.angular) }
     }
 
-    /// Returns the direction, at a speed of 1; `None` at rest.
+    /// Returns the direction as a twist of unit speed; `None` at rest.
     fn unit(&self) -> Option<Twist> {
         let speed = self.speed();
         (speed > 0.0).then(|| Twist { linear: scale(self.linear, 1.0 / speed), angular: scale(self.angular, 1.0 / speed), ..*self })
@@ -136,7 +137,7 @@ impl Twist {
 }
 
 impl ToolJog {
-    /// Starts at rest at these joint positions.
+    /// Starts the motion at rest at these joint positions.
     pub fn begin(&mut self, q: &[f64; JOINTS_MAX]) {
         *self = ToolJog { q: [*q; 3], rest: REST, ..ToolJog::default() };
     }
@@ -156,7 +157,7 @@ impl ToolJog {
         self.obstacle.filter(|_| self.is_at_rest())
     }
 
-    /// Returns true if the tool rests at the end of the requested distance.
+    /// Returns true if the tool is at rest at the end of the requested distance.
     pub fn has_arrived(&self) -> bool {
         self.is_at_rest() && self.heading.is_some_and(|heading| self.way.position == heading.distance)
     }
@@ -192,7 +193,7 @@ impl ToolJog {
         }
     }
 
-    /// Takes the requested direction, if the joints are at rest.
+    /// Adopts the requested direction, if the joints are at rest.
     fn turn_to(&mut self, arm: &Arm, wish: &Wish) {
         if !self.is_at_rest() {
             return;
@@ -212,7 +213,7 @@ impl ToolJog {
     }
 
     /// Computes the set-points from a state along the direction to rest, within these limits along it; the error is the obstacle.
-    /// `slopes` are those of the joints now.
+    /// `slopes` are the current slopes of the joints.
     fn checked(&self, arm: &Arm, wish: &Wish, heading: &Heading, way: State, limits: Limits, slopes: &[f64; JOINTS_MAX]) -> Result<Stop, Obstacle> {
         let profile = Profile::stop(way, limits);
         let count = 1 + (profile.duration_s() / wish.cycle_s).ceil() as usize;
@@ -237,7 +238,7 @@ impl ToolJog {
         Ok(stop)
     }
 
-    /// Takes the next set-point of the last checked stop, or stays.
+    /// Takes the next set-point of the last checked stop, or stays in place at its end.
     fn follow(&mut self) {
         let Stop { next, count, .. } = self.stop;
         if next < count {
@@ -254,7 +255,8 @@ impl ToolJog {
     }
 }
 
-/// Returns acceleration and jerk along the direction: the minimum of those of the tool and those that the joints allow with these slopes.
+/// Returns the acceleration and jerk along the direction: the minimum of those of the tool and those that the joints allow with these
+/// slopes.
 fn along(wish: &Wish, heading: &Heading, slopes: &[f64; JOINTS_MAX]) -> Limits {
     let (linear, angular) = (length(heading.linear), length(heading.angular));
     let part = |limit: f64, by: f64| if by > 0.0 { limit / by } else { f64::INFINITY };
@@ -270,8 +272,8 @@ fn along(wish: &Wish, heading: &Heading, slopes: &[f64; JOINTS_MAX]) -> Limits {
     limits
 }
 
-/// Checks that a pose at rest is not too near to a singularity ahead: there the joints move so far for a small displacement of the tool
-/// that the direction is abandoned. The way back, along which the slopes become smaller, is always free.
+/// Checks that a pose at rest is not too close to a singularity ahead, where the joints would move so far for a small displacement of the
+/// tool that the direction is abandoned. The way back, along which the slopes decrease, is always free.
 fn check_approach(arm: &Arm, wish: &Wish, heading: &Heading, now: &[f64; JOINTS_MAX], rest: &[f64; JOINTS_MAX]) -> Result<(), Obstacle> {
     let slowest = SLOWEST * wish.twist.speed();
     let then = slopes(arm, heading, rest);
@@ -286,7 +288,7 @@ fn slopes(arm: &Arm, heading: &Heading, q: &[f64; JOINTS_MAX]) -> [f64; JOINTS_M
     damped(&arm.jacobian(&posture)[..arm.joints()], &error, DAMPING).map(|slope| slope.abs() / SMALL)
 }
 
-/// Computes the joint positions for a pose, near the previous ones and within the ranges; a joint outside its range may return.
+/// Computes the joint positions for a pose, close to the previous ones and within the ranges; a joint outside its range may return to it.
 fn solved(arm: &Arm, wish: &Wish, pose: &Pose, before: &[f64; JOINTS_MAX]) -> Result<[f64; JOINTS_MAX], Obstacle> {
     let n = arm.joints();
     let found = inverse(arm, pose, &before[..n], ANYWHERE, ON_THE_LINE);
@@ -300,7 +302,7 @@ fn solved(arm: &Arm, wish: &Wish, pose: &Pose, before: &[f64; JOINTS_MAX]) -> Re
     }
 }
 
-/// Checks that speed, acceleration and jerk from the last three set-points to this one are within the limits of each joint.
+/// Checks that the speed, acceleration and jerk from the last three set-points to this one are within the limits of each joint.
 fn check(wish: &Wish, q: &[f64; JOINTS_MAX], last: &[[f64; JOINTS_MAX]; 3]) -> Result<(), Obstacle> {
     let t = wish.cycle_s;
     let is_within = |(i, limits): (usize, &Limits)| {

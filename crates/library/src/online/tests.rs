@@ -15,7 +15,7 @@ fn within(limits: Limits, speed: f64, acceleration: f64) -> State {
     State { position: 0.3, velocity, acceleration }
 }
 
-/// Checks that every step is continuous and within the limits, and the end is the goal at rest.
+/// Checks that every step is continuous and within the limits, and that the motion ends at the goal, at rest.
 fn check(profile: &Profile, start: State, goal: f64, limits: Limits) {
     let steps = 1000;
     let dt = profile.duration_s() / f64::from(steps);
@@ -79,7 +79,7 @@ proptest! {
     }
 }
 
-/// A state beyond a lower limit returns to it and ends at its goal.
+/// Checks that a speed above a reduced limit returns to it, and that the motion ends at its goal.
 #[test]
 fn a_speed_above_the_limit_comes_down_to_it() {
     let limits = Limits { speed: 0.2, acceleration: 2.0, jerk: 20.0 };
@@ -89,7 +89,8 @@ fn a_speed_above_the_limit_comes_down_to_it() {
     assert_eq!(profile.at(1e9).position, 3.0);
 }
 
-/// Start speed, start acceleration, distance, speed, acceleration, jerk, and the duration according to ruckig 0.19.4 (PyPI).
+/// Each row contains start speed, start acceleration, distance, speed, acceleration, jerk, and the duration according to ruckig 0.19.4
+/// (PyPI).
 #[test]
 fn it_takes_as_long_as_ruckig() {
     let cases = include!("oracle.rs");

@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Generator of planned paths in joint space as a block, for tables of a given length.
+//! Generator of planned paths in joint space, as a block, for tables of a given length.
 
 /// There is no planned path: the planner has not run, or has not found one.
 pub(crate) const NO_PLAN: u32 = 1;
-/// The path is planned for another number of joints.
+/// The path was planned for another number of joints.
 pub(crate) const OTHER_SIZE: u32 = 2;
 /// An override is not within 0 and 1.
 pub(crate) const BAD_OVERRIDE: u32 = 3;
-/// Number of points within a period at which a change of the pace is checked: a short line or blend may lie between two set-points.
+/// Number of points within a period at which a change of the pace is checked, because a short line or blend may lie between two
+/// set-points.
 pub(crate) const PLACES: u16 = 6;
 
 /// Declares the block.
@@ -22,22 +23,22 @@ macro_rules! path_generator {
             /// planned path
             $(#[$path])*
             path: $path_type,
-            /// present commanded positions of the joints, rad or m
+            /// current commanded positions of the joints, rad or m
             #[input(asynchronous, default = [0.0; 16], sized, range = "[-inf, inf)")]
             start: [f64; 16],
-            /// speeds at which the servos move the joints now
+            /// current speeds at which the servos move the joints
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             start_velocity: [f64; 16],
-            /// speeds of the last set-points, whichever motion stored them
+            /// speeds of the last set-points, whichever motion generated them
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             last_velocity: [f64; 16],
             /// accelerations of the last set-points
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
             last_acceleration: [f64; 16],
-            /// time at which they were stored, ns of the system clock
+            /// time at which the last set-points were stored, ns of the system clock
             #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
             last_time: [i64; 16],
-            /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
+            /// braking by the servos themselves because set-points did not arrive in time: see `joint_servo`
             #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
             braking: [[f64; 4]; 16],
             /// permitted fraction of the speed, 0 to 1; the minimum over the joints applies to all
@@ -49,7 +50,7 @@ macro_rules! path_generator {
             /// true: bring the motion to rest and keep it there
             #[input(asynchronous, default = false)]
             holding: bool,
-            /// maximum time that may be lost at once; if more is lost, the motion comes to rest
+            /// maximum single loss of time; if it is exceeded, the motion comes to rest
             #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
             gap_max: [f64; 16],
             /// maximum acceleration of each joint
@@ -61,16 +62,16 @@ macro_rules! path_generator {
             /// commanded positions of the joints, rad or m
             #[output(sized)]
             setpoint: [f64; 16],
-            /// commanded speeds at those positions, rad/s or m/s
+            /// commanded speeds at the set-points, rad/s or m/s
             #[output(sized)]
             velocity: [f64; 16],
-            /// commanded accelerations at those positions, rad/s^2 or m/s^2
+            /// commanded accelerations at the set-points, rad/s^2 or m/s^2
             #[output(sized)]
             setpoint_acceleration: [f64; 16],
-            /// time at which they are stored, ns of the system clock
+            /// time at which the set-points are stored, ns of the system clock
             #[output(sized)]
             setpoint_time: [i64; 16],
-            /// maximum time lost at once
+            /// longest single loss of time so far
             #[output(unit = "s")]
             lost: f64,
             /// completed fraction of the path's duration, 0 to 1
@@ -88,7 +89,7 @@ macro_rules! path_generator {
             /// the motion is at rest because of `holding`
             #[condition]
             held: Condition,
-            /// the motion is at rest because more time than `gap_max` was lost at once; the value is the time lost, s
+            /// the motion is at rest because a single loss of time exceeded `gap_max`; the value is the time lost, s
             #[condition]
             gap: ConditionOf<f64>,
             /// number of the path being executed
@@ -103,7 +104,7 @@ macro_rules! path_generator {
             /// time of the previous invocation
             #[state(opaque)]
             span: Span,
-            /// true if the motion comes to rest because time was lost
+            /// true if the motion is coming to rest because time was lost
             #[state]
             is_lost: bool,
             /// last set-points
@@ -114,7 +115,7 @@ macro_rules! path_generator {
             brake: Brake,
         }
 
-        /// Velocities and accelerations of all joints at one time of the path.
+        /// Velocities and accelerations of all joints at one path time.
         struct Motion {
             velocity: [f64; 16],
             acceleration: [f64; 16],

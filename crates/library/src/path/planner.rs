@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Planner of paths in joint space as a block, for tables of a given length.
+//! Planner of paths in joint space, as a block, for tables of a given length.
 
 /// A start, way-point or blend is not a finite number, or a blend is below 0.
 pub(crate) const NOT_FINITE: u32 = 1;
 /// A speed or acceleration limit is not above 0.
 pub(crate) const BAD_LIMIT: u32 = 2;
 
-/// Declares the block: `at_once` is the number of way-point steps that one invocation plans (some five per way-point), and `shares` the
-/// fractions of a line that one blend may take, of which the better one is used.
+/// Declares the block. `at_once` is the number of way-point steps planned in one invocation (about five per way-point); `shares` are the
+/// fractions of a line that one blend may use, of which the better one is chosen.
 macro_rules! path_planner {
     (
         $(#[$about:meta])* $name:ident, at_once: $at_once:expr, shares: $shares:expr,
@@ -21,22 +21,22 @@ macro_rules! path_planner {
             /// number of joints
             #[size(1, 16)]
             n: u32,
-            /// present commanded positions of the joints, rad or m
+            /// current commanded positions of the joints, rad or m
             #[input(asynchronous, sized)]
             start: [f64; 16],
-            /// speeds at which the servos move the joints now
+            /// current speeds at which the servos move the joints
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             start_velocity: [f64; 16],
-            /// speeds of the last set-points, whichever motion stored them
+            /// speeds of the last set-points, whichever motion generated them
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             last_velocity: [f64; 16],
             /// accelerations of the last set-points
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
             last_acceleration: [f64; 16],
-            /// time at which they were stored, ns of the system clock
+            /// time at which the last set-points were stored, ns of the system clock
             #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
             last_time: [i64; 16],
-            /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
+            /// braking by the servos themselves because set-points did not arrive in time: see `joint_servo`
             #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
             braking: [[f64; 4]; 16],
             /// way-points, one row each; columns beyond n are unused
@@ -69,14 +69,14 @@ macro_rules! path_planner {
             /// duration of the motion
             #[output(unit = "s")]
             duration: f64,
-            /// index of the way-point that `limit` concerns, from 0
+            /// index of the way-point to which `limit` applies, from 0
             #[output]
             refused: i32,
             /// time between two set-points
             #[param(default = 0.02, unit = "s", range = "[0, inf)")]
             lead: f64,
-            /// true: wait until moving joints have stopped, and plan only once per start; for a planner that stays active until its
-            /// generator has braked them
+            /// true: wait until moving joints have stopped, and plan only once per start; for a planner that remains active until its
+            /// generator has braked the joints
             #[param(default = false)]
             waits: bool,
             /// a way-point is outside the range of a joint; the value is the index of the joint, from 0

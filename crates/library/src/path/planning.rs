@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Planning of paths: adds way-points one by one, then makes several passes along them, in portions that fit into an invocation.
+//! Planning of paths: adds way-points one by one, then makes several passes over them, in portions that fit into an invocation.
 use super::view::View;
 use super::{BEING_PLANNED, Passing, SAME};
 use crate::profile::{JOINTS_MAX, Limits};
 
-/// A path of any length during planning, with the field names of [`Path`](super::Path).
+/// A path of any length while it is being planned, with the field names of [`Path`](super::Path).
 pub struct Table<'a> {
     pub plan: &'a mut f64,
     pub joints: &'a mut i32,
@@ -19,26 +19,26 @@ pub struct Table<'a> {
     pub begin: &'a mut [f64],
 }
 
-/// Fractions of a line that the blend at one of its ends may take; the one that gives the shorter motion is used. If blends take up a
-/// whole line, the rate cannot rise along it: a few way-points are usually far apart, so the limits of the joints are reached sooner;
-/// among many close ones a path would creep.
+/// Fractions of a line that the blend at one of its ends may use; the one that gives the shorter motion is chosen. If blends use up a
+/// whole line, the rate cannot rise along it. This suits a few way-points, which are usually far apart, so that the limits of the joints
+/// are reached sooner; but a path with many close way-points would creep.
 pub const BLEND_SHARES: &[f64] = &[0.5, 0.25];
-/// Fractions for a long path, whose way-points are close together.
+/// Fraction of a line that a blend of a long path may use, because its way-points are close together.
 pub const LONG_BLEND_SHARES: &[f64] = &[0.25];
 
 /// Progress of planning a path. The default is idle.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Planning {
     pass: Pass,
-    /// Fraction of a line that one blend may take.
+    /// Fraction of a line that one blend may use.
     share: f64,
     /// Fraction of a line to try next.
     other: Option<f64>,
-    /// Fraction that was tried, and the resulting duration, s.
+    /// Fraction that has been tried, and the resulting duration, s.
     tried: Option<(f64, f64)>,
-    /// Partial sum of the duration with the present fraction, s.
+    /// Partial sum of the duration with the current fraction, s.
     sum_s: f64,
-    /// Number of completed steps of the pass.
+    /// Number of steps completed in this pass.
     at: usize,
 }
 
@@ -50,20 +50,20 @@ enum Pass {
     Lines,
     /// Computes the reach of each blend, and the maximum rate that the joints' accelerations allow there.
     Corners,
-    /// Lowers the rates at the blends until each line is long enough to speed up.
+    /// Reduces the rates at the blends until each line is long enough to speed up.
     Forward,
-    /// Lowers the rates at the blends until each line is long enough to slow down.
+    /// Reduces the rates at the blends until each line is long enough to slow down.
     Backward,
-    /// Sums up the duration, if another fraction of the lines is tried too.
+    /// Sums up the duration, if the other fraction of the lines is also tried.
     Sum,
     /// Computes the start time of each line.
     Times,
 }
 
 impl Planning {
-    /// Begins a path from `start`; the first `space` coordinates are a position, whose speed, acceleration and blend are those of the
-    /// point, with the first limits. One blend takes at most a fraction of a line, the better one of up to two `shares`. The way-points
-    /// are added next, then [`advance`](Planning::advance) plans.
+    /// Begins a path from `start`. The first `space` coordinates are a position, whose speed, acceleration and blend are those of the
+    /// point, with the first limits. One blend uses at most a fraction of a line, the better one of up to two `shares`. The way-points
+    /// are added next; then [`advance`](Planning::advance) plans the path.
     pub fn begin(table: &mut Table, space: usize, start: &[f64], shares: &[f64]) -> Planning {
         (*table.plan, *table.joints, *table.points, *table.space) = (BEING_PLANNED, start.len() as i32, 1, space as i32);
         table.q[0][..start.len()].copy_from_slice(start);
@@ -71,13 +71,14 @@ impl Planning {
         Planning { pass: Pass::Lines, share: shares[0], other: shares.get(1).copied(), ..Planning::default() }
     }
 
-    /// Returns true if a path is begun and not ready.
+    /// Returns true if a path has been begun but is not ready yet.
     pub fn is_under_way(&self) -> bool {
         self.pass != Pass::None
     }
 
-    /// Continues planning by at most `budget` way-point steps, which it counts down. Returns true if the path is ready except for its
-    /// number. `limits` has one element per coordinate, all above 0; their jerk is not used: the acceleration is constant in each part.
+    /// Continues planning by at most `budget` way-point steps, and decrements `budget` accordingly. Returns true if the path is ready
+    /// except for its number. `limits` has one element per coordinate, all above 0; their jerk is not used, because the acceleration is
+    /// constant in each part.
     pub fn advance(&mut self, table: &mut Table, limits: &[Limits], budget: &mut usize) -> bool {
         let last = *table.points as usize - 1;
         while self.pass != Pass::None {
@@ -122,7 +123,7 @@ impl Planning {
         }
     }
 
-    /// Continues with the other fraction of a line, or returns to the first one if that was faster.
+    /// Continues with the other fraction of a line, or returns to the first one if it gave a shorter motion.
     fn chosen(&mut self) -> Pass {
         let duration_s = std::mem::take(&mut self.sum_s);
         if let Some(other) = self.other.take() {
@@ -141,7 +142,7 @@ impl Planning {
 }
 
 impl Table<'_> {
-    /// Adds a way-point; one that coincides with the last one is ignored. The caller has checked that there is room for it.
+    /// Adds a way-point; ignores it if it coincides with the previous one. The caller must have checked that the table has space for it.
     pub fn add(&mut self, point: &[f64], passing: Passing) {
         let (n, last) = (*self.joints as usize, *self.points as usize - 1);
         if (0..n).all(|i| (point[i] - self.q[last][i]).abs() <= SAME) {
@@ -217,7 +218,7 @@ impl Table<'_> {
         self.begin[k + 1] = self.begin[k] + self.view().line(k).times.iter().sum::<f64>() + blend_s;
     }
 
-    /// Returns the time from the line after way-point k to the next one, s.
+    /// Returns the duration from the line after way-point k to the next line, s.
     fn passing_s(&self, k: usize) -> f64 {
         self.view().line(k).times.iter().sum::<f64>() + self.blend_s(k)
     }
@@ -226,7 +227,7 @@ impl Table<'_> {
         if self.reach[k + 1] > 0.0 { 2.0 * self.reach[k + 1] / self.through[k + 1] } else { 0.0 }
     }
 
-    /// Makes the path `factor` times slower.
+    /// Slows the path down by `factor`.
     pub fn stretch(&mut self, factor: f64) {
         let points = *self.points as usize;
         *self.duration *= factor;

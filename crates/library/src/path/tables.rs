@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Planned paths as exchanged between blocks: tables of two lengths, one that is copied in each invocation and one that is used in place.
+//! Planned paths as exchanged between blocks: tables of two lengths, a short one that is copied in each invocation and a long one that is
+//! used in place.
 use super::planning::Table;
 use super::view::View;
 use super::{LONG_POINTS_MAX, POINTS_MAX};
@@ -12,13 +13,13 @@ macro_rules! path {
         #[derive(Clone, Copy, Debug, PartialEq, Type)]
         #[repr(C)]
         pub struct $name {
-            /// Number of the plan: 1, 2, …; 0: none yet; -1: it is being planned.
+            /// Number of the plan: 1, 2, …; 0 if there is none yet; -1 while it is being planned.
             pub plan: f64,
             /// Number of joints.
             pub joints: i32,
-            /// Number of way-points including the start; coinciding ones are merged.
+            /// Number of way-points including the start; coincident ones are merged.
             pub points: i32,
-            /// Number of leading coordinates that form a position in space and are measured together; 0: each is a joint.
+            /// Number of leading coordinates that form a position in space and are measured together; 0 if each coordinate is a joint.
             pub space: i32,
             /// Duration, s.
             pub duration: f64,
@@ -57,10 +58,10 @@ macro_rules! path {
 }
 
 path!(
-    /// A planned path. Entry k of each list belongs to way-point k, 0 being the start.
+    /// A planned path. Entry k of each list belongs to way-point k; entry 0 is the start.
     Path, POINTS_MAX + 1
 );
 path!(
-    /// A planned path of up to 4,096 way-points, like `path`.
+    /// A planned path of up to 4,096 way-points; otherwise like `path`.
     LongPath, LONG_POINTS_MAX + 1
 );

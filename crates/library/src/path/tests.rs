@@ -96,7 +96,7 @@ fn long() -> Box<LongPath> {
     unsafe { memory.assume_init() }
 }
 
-/// Returns a smooth path of six joints: sums of sines through `count` points.
+/// Returns a smooth path of six joints through `count` points: sums of sines.
 fn smooth(seed: u64, count: usize) -> Case {
     let (mut number, n) = (numbers(seed), 6);
     let waves: Vec<[f64; 3]> = (0..3 * n).map(|_| [number(-0.5, 0.5), number(1.0, 20.0), number(0.0, 6.0)]).collect();

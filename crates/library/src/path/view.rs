@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Position, speed and acceleration of a planned path at a time.
+//! Position, velocity and acceleration of a planned path at a given time.
 use crate::profile::JOINTS_MAX;
 
 /// A planned path of any length, with the field names of [`Path`](super::Path).
@@ -33,14 +33,14 @@ pub(super) struct Line {
     /// Length of the whole line, and of the part between its blends.
     whole: f64,
     rest: f64,
-    /// Initial, maximum and final rate, and the times of speeding up, constant rate and slowing down.
+    /// Initial, maximum and final rate, and the durations of speeding up, constant rate and slowing down.
     rates: [f64; 3],
     pub(super) times: [f64; 3],
 }
 
 impl View<'_> {
-    /// Returns the magnitudes of a vector to which the limits apply: the length of a position, the absolute value of each other
-    /// coordinate.
+    /// Returns the magnitudes of a vector to which the limits apply: the length of the position, and the absolute values of the other
+    /// coordinates.
     pub fn measures(&self, vector: &[f64; JOINTS_MAX]) -> [f64; JOINTS_MAX] {
         let mut found = vector.map(f64::abs);
         if self.space > 0 {
@@ -61,7 +61,7 @@ impl View<'_> {
         self.begin[1..self.points.saturating_sub(1).max(1)].partition_point(|begin| *begin <= time_s)
     }
 
-    /// Returns the part of the path at a time within it.
+    /// Returns the part of the path at a given time within its duration.
     pub fn part(&self, time_s: f64) -> Part {
         let last = self.points.saturating_sub(1);
         if last == 0 || time_s >= self.duration {
@@ -78,7 +78,7 @@ impl View<'_> {
         Part::Blend { at: k + 1, share, before: 1.0 - self.reach[k + 1] / line.whole, behind: self.reach[k + 1] / self.direction(k + 1).1 }
     }
 
-    /// Returns the direction (of length 1) and the length of the line after way-point k.
+    /// Returns the unit vector and the length of the line after way-point k.
     pub(super) fn direction(&self, k: usize) -> ([f64; JOINTS_MAX], f64) {
         let mut u = [0.0; JOINTS_MAX];
         for (i, u) in u.iter_mut().enumerate().take(self.joints) {
@@ -100,8 +100,8 @@ impl View<'_> {
         Line { direction, whole, rest, rates: [first, peak, last], times: [up, cruise, down] }
     }
 
-    /// Computes the position, velocity and acceleration of each joint at `time_s`: at rest at the start before it, exactly at the last
-    /// way-point from the duration on.
+    /// Computes the position, velocity and acceleration of each joint at `time_s`. Before time 0, the joints are at rest at the start;
+    /// from the duration on, they are exactly at the last way-point.
     pub fn evaluate(&self, time_s: f64, position: &mut [f64], velocity: &mut [f64], acceleration: &mut [f64]) {
         let last = self.points.saturating_sub(1);
         velocity.fill(0.0);
@@ -143,7 +143,7 @@ impl View<'_> {
 }
 
 impl Line {
-    /// Returns the distance since the line's first blend, rate and acceleration, `t` seconds after it.
+    /// Returns the distance since the line's first blend, the rate and the acceleration, `t` seconds after that blend.
     fn at(&self, t: f64, slope: f64) -> (f64, f64, f64) {
         let ([first, peak, last], [up, cruise, down]) = (self.rates, self.times);
         if t <= up {

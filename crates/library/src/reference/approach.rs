@@ -6,7 +6,7 @@ use crate::online::State;
 use crate::span::{ElapsedTime, Span};
 use opengpac::Invocation;
 
-/// Reference of a joint: its set-points, smoothed, within its range and its maximum speed, independent of changes of its zero.
+/// Reference of a joint: its smoothed set-points, kept within its range and its maximum speed, and unaffected by changes of its zero.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Approach {
     spline: Spline,
@@ -18,7 +18,7 @@ pub struct Approach {
     gap: Gap,
 }
 
-/// The last gap, for as long as it lasted: an error that occurs during this time is attributed to the gap.
+/// Last gap, remembered for as long as it lasted: an error that occurs during this time is attributed to the gap.
 #[derive(Clone, Copy, Debug, Default)]
 struct Gap {
     lost_s: f64,
@@ -29,24 +29,24 @@ struct Gap {
 #[derive(Clone, Copy, Debug)]
 pub struct ApproachResult {
     pub reference: f64,
-    /// Per second; 0 without interpolation.
+    /// Speed of the reference, per second; 0 without interpolation.
     pub velocity: f64,
-    /// A bound limited the reference.
+    /// True if a bound limited the reference.
     pub limited: bool,
-    /// Time of one cycle, s; 0 in the first.
+    /// Duration of one cycle, s; 0 in the first.
     pub span_s: f64,
-    /// Time lost in the last gap, s; 0 if there was none, or if it is longer ago than it lasted.
+    /// Time lost in the last gap, s; 0 if there was none, or if more time has elapsed since than it lasted.
     pub lost_s: f64,
-    /// Distance and motion beyond the last set-point, if the servo brakes because no new one arrived in time.
+    /// Distance and motion past the last set-point, if the servo brakes because no new one arrived in time.
     pub braking: Braking,
-    /// Time lost at once, s, in the invocation in which the reference has come to rest because more was lost than allowed.
+    /// Time lost, s, in the invocation in which the reference has come to rest because a single loss exceeded the maximum.
     pub rested_s: Option<f64>,
 }
 
 impl Approach {
-    /// Advances by one cycle, regardless of time lost before. In the first invocation the reference starts at the joint, whatever is
-    /// commanded. `interpolation` returns the number of invocations over which a new set-point is approached, for the time between two
-    /// invocations. If more time was lost than `gap_max_s`, the reference brakes from the position of the joint at that time.
+    /// Advances by one cycle, regardless of the time lost before. In the first invocation, the reference starts at the joint, whatever
+    /// the commanded position. `interpolation` returns the number of invocations over which a new set-point is approached, given the time
+    /// between two invocations. If the time lost exceeds `gap_max_s`, the reference brakes from the position of the joint at that time.
     pub fn advance(&mut self, invocation: &Invocation, led: ReferenceInputs, interpolation: impl FnOnce(f64) -> u32) -> ApproachResult {
         let first = !self.span.begun();
         let passed = self.span.pass(invocation);
@@ -86,8 +86,8 @@ impl Approach {
         ApproachResult { reference, velocity: if moving { step / span_s } else { 0.0 }, limited, span_s, lost_s, braking: self.lead.braking(), rested_s }
     }
 
-    /// Returns true if more time was lost than allowed, or if the joint has strayed too far in a shorter gap. This also holds for a short
-    /// time after a gap: the first readings may be from before it.
+    /// Returns true if the time lost exceeds the maximum, or if the joint has strayed too far in a shorter gap. This also applies for a
+    /// short time after a gap, because the first readings may be from before it.
     fn is_left(&self, passed: ElapsedTime, led: &ReferenceInputs) -> bool {
         let is_beyond = passed.lost_s() > led.gap_max_s && !self.rests_in_place(led);
         let is_recent = passed.is_gap() || (self.lead.is_alone() && self.gap.since_s() < READING_S);
@@ -101,8 +101,8 @@ impl Approach {
         self.spline.is_there() && self.lead.is_at_rest() && (led.error_max == 0.0 || moved <= IN_PLACE * led.error_max)
     }
 
-    /// Starts at the joint, at its speed, and brakes. An earlier error of the reference is kept as far as the joint still has it, so that
-    /// the effort that holds the joint has no step.
+    /// Starts at the position and speed of the joint, and brakes. An earlier error of the reference is kept as far as the joint still has
+    /// it, so that the effort that holds the joint has no step.
     fn leave(&mut self, led: &ReferenceInputs, cycle_s: f64, interpolation: u32, lost_s: f64, now_ns: i64) {
         let before = if self.error_before.is_finite() { self.error_before } else { 0.0 };
         let kept = (self.spline.value - led.position).clamp(before.min(0.0), before.max(0.0));
@@ -114,15 +114,16 @@ impl Approach {
     }
 }
 
-/// Fraction of the maximum following error by which a joint at rest may have moved in a gap: readings have noise.
+/// Fraction of the maximum following error by which a joint at rest may have moved in a gap, because readings are noisy.
 const IN_PLACE: f64 = 0.1;
-/// Time in which a joint that counts as stationary could stop within its acceleration, s: readings of its speed have noise.
+/// Time within which a joint that counts as stationary could stop within its acceleration, s. Allows for noise in the readings of its
+/// speed.
 const STILL_S: f64 = 0.02;
 /// Time after a gap in which a device may still return a reading from before it, s.
 const READING_S: f64 = 0.1;
 
 impl Gap {
-    /// Advances by one cycle. Returns the time lost in the last gap, s; 0 if the gap is longer ago than it lasted.
+    /// Advances by one cycle. Returns the time lost in the last gap, s; 0 if more time has elapsed since the gap than it lasted.
     fn pass(&mut self, passed: ElapsedTime) -> f64 {
         if passed.is_gap() {
             *self = Gap { lost_s: passed.lost_s(), left_s: passed.lost_s() };
@@ -132,7 +133,7 @@ impl Gap {
         if self.left_s > 0.0 { self.lost_s } else { 0.0 }
     }
 
-    /// Returns the time since the last gap, s, until that exceeds the length of the gap.
+    /// Returns the time since the last gap, s, until it exceeds the length of the gap.
     fn since_s(&self) -> f64 {
         self.lost_s - self.left_s
     }
@@ -143,7 +144,7 @@ mod tests {
     use super::*;
 
     /// Runs a servo at 1 ms that is stalled from `at` for `lost` ms, while its set-points continue at 0.3 rad/s and end at 0.6 rad.
-    /// Returns maximum speed, acceleration, and the end.
+    /// Returns the maximum speed, the maximum acceleration, and the end position.
     fn stalled(at: u64, lost: u64) -> (f64, f64, f64) {
         let mut approach = Approach::default();
         let (mut before, mut rate, mut fastest, mut hardest) = (0.0, 0.0, 0.0f64, 0.0f64);
@@ -179,8 +180,8 @@ mod tests {
         }
     }
 
-    /// A servo at 1 ms whose set-points at 0.3 rad/s stay away for `late` ms from `at` ms on, and go on from where they were: maximum speed, acceleration,
-    /// and the end.
+    /// Runs a servo at 1 ms whose set-points at 0.3 rad/s stop arriving for `late` ms from `at` ms on, and then resume where they
+    /// stopped. Returns the maximum speed, the maximum acceleration, and the end position.
     fn forsaken(at: u64, late: u64) -> (f64, f64, f64) {
         let mut approach = Approach::default();
         let (mut before, mut rate, mut fastest, mut hardest) = (0.0, 0.0, 0.0f64, 0.0f64);
@@ -294,8 +295,8 @@ mod tests {
         assert!((now - 0.3 * 3.97).abs() < 0.01, "{now}");
     }
 
-    /// Runs a servo that leads a joint at 0.3 rad/s, is stalled for 0.7 s, and finds the joint at `position`, moving at `velocity`; the
-    /// joint follows afterwards. Returns its references, and the times at which it reported rest.
+    /// Runs a servo that leads a joint at 0.3 rad/s, is stalled for 0.7 s, and then finds the joint at `position`, moving at `velocity`;
+    /// the joint follows afterwards. Returns the references, and the times at which the servo reported rest.
     fn left(position: f64, velocity: f64) -> (Vec<f64>, Vec<(u64, f64)>) {
         let (mut approach, mut references, mut told) = (Approach::default(), Vec::new(), Vec::new());
         let (mut joint, mut speed) = (0.0, velocity);

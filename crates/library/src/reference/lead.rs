@@ -1,31 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Set-points that lead the reference of a servo: those of a generator, or, if no new one arrives in time, those of the servo itself,
+//! Set-points that lead the reference of a servo: those of a generator or, if no new one arrives in time, those of the servo itself,
 //! which brakes.
 //!
 //! A generator may be removed while its joint moves: another part of a composition has ended it, its processor is lost, or its block has
-//! a fault. Its last set-point includes its speed and acceleration. From that state the servo makes set-points itself, at the same pace,
-//! until they rest: within the acceleration and jerk of the joint. They continue the function of the earlier set-points, so the reference
-//! has no step. A set-point without a speed is a position to hold: the reference comes to rest there.
+//! faulted. Its last set-point includes its speed and acceleration. From that state, the servo itself generates set-points, at the same
+//! pace, until they are at rest, within the acceleration and jerk of the joint. They continue the curve of the earlier set-points, so the
+//! reference has no step. A set-point without a speed is a position to hold: the reference comes to rest there.
 //!
-//! After a gap that is longer than allowed the servo brakes from the present position of the joint and ignores the set-points of motions
-//! from before the gap. When the joint rests, a motion that begins from there is followed at once, any other set-point only after a
-//! while.
+//! After a gap that exceeds the maximum, the servo brakes from the current position of the joint and ignores the set-points of motions
+//! from before the gap. When the joint is at rest, a motion that begins from there is followed immediately, any other set-point only
+//! after some time.
 use super::ReferenceInputs;
 use crate::online::{State, towards};
 use crate::profile::Limits;
 
-/// State of a servo that brakes on its own: its distance beyond the last set-point, and the motion there.
+/// State of a servo that brakes by itself: its distance past the last set-point, and its motion there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Braking {
     pub distance: f64,
     pub velocity: f64,
     pub acceleration: f64,
-    /// Time at which the servo formed this set-point, ns of the system clock; 0 if set-points lead.
+    /// Time at which the servo generated this set-point, ns of the system clock; 0 if the set-points of a generator lead.
     pub time_ns: i64,
 }
 
 impl Braking {
-    /// Returns the numbers in the form of a port: a double distinguishes clock times that are 256 ns apart.
+    /// Returns the numbers in the format of a port. A double can represent clock times only to within 256 ns.
     pub fn numbers(self) -> [f64; 4] {
         [self.distance, self.velocity, self.acceleration, self.time_ns as f64]
     }
@@ -36,27 +36,27 @@ impl Braking {
     }
 }
 
-/// The source of the set-points that a reference follows.
+/// Source of the set-points that a reference follows.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Lead {
-    /// The last set-point, as it was stored, and its time.
+    /// Last set-point as it was stored, and its time.
     seen: f64,
     seen_ns: i64,
     /// Set-point in force, with its speed and acceleration.
     now: State,
     /// Number of invocations until the next set-point is due.
     left: u32,
-    /// Time at which the servo formed the set-point `now` itself.
+    /// Time at which the servo itself generated the set-point `now`.
     braked_ns: Option<i64>,
-    /// Set if the servo leads itself because of a gap.
+    /// Set while the servo brakes by itself because of a gap.
     alone: Option<Alone>,
 }
 
-/// State of a servo that brakes to rest on its own because too much time was lost.
+/// State of a servo that brakes to rest by itself after a gap in time.
 #[derive(Clone, Copy, Debug)]
 struct Alone {
     lost_s: f64,
-    /// Time since it came to rest.
+    /// Time since the servo came to rest.
     rested_s: f64,
     is_told: bool,
 }
@@ -65,18 +65,19 @@ struct Alone {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Next {
     pub position: f64,
-    /// The set-point is the first of a generator after the servo has braked.
+    /// True if the set-point is the first one of a generator after the servo has braked.
     pub is_return: bool,
-    /// It does not continue what the servo has led to: the generator was late, and has lost its time.
+    /// True if the set-point does not continue the servo's own: the generator was late, and the time is lost.
     pub is_late: bool,
     /// Time by which it is younger than the previous one, if the generator made both, s; 0 if that is not known.
     pub apart_s: f64,
 }
 
-/// Number of cycles whose change of speed a declared speed may differ from the reference's, which lags one and a half cycles behind.
+/// Maximum difference between a declared speed and the speed of the reference, which lags by one and a half cycles, expressed as a change
+/// of speed over this number of cycles.
 const LAG: f64 = 3.0;
-/// Time for which a joint at rest after a gap ignores set-points that do not continue its own, s: the motions that stored them end
-/// meanwhile.
+/// Time for which a joint at rest after a gap ignores set-points that do not continue its own, s. The motions that stored them end in the
+/// meantime.
 const REST_S: f64 = 0.5;
 
 impl Lead {
@@ -85,7 +86,7 @@ impl Lead {
         *self = Lead { seen: led.setpoint, seen_ns: led.time_ns, now: State { position: led.setpoint, ..State::default() }, ..Lead::default() };
     }
 
-    /// Moves the origin of positions, as the set-point does from this invocation.
+    /// Shifts the origin of positions; the set-point is shifted from this invocation on.
     pub fn shift(&mut self, by: f64, led: &ReferenceInputs) {
         self.seen = led.setpoint;
         self.now.position = if self.braked_ns.is_some() { self.now.position + by } else { led.setpoint };
@@ -123,7 +124,7 @@ impl Lead {
         Next { position: self.now.position, is_return, is_late, apart_s }
     }
 
-    /// Starts to lead itself from a state, because `lost_s` was lost: it brakes from there.
+    /// Makes the servo brake by itself from a state, because `lost_s` was lost.
     pub fn leave(&mut self, led: &ReferenceInputs, from: State, interpolation: u32, lost_s: f64, now_ns: i64) {
         *self = Lead {
             seen: led.setpoint,
@@ -140,13 +141,13 @@ impl Lead {
         self.now.is_at_rest()
     }
 
-    /// Returns true if the servo leads itself because of a gap.
+    /// Returns true if the servo brakes by itself because of a gap.
     pub fn is_alone(&self) -> bool {
         self.alone.is_some()
     }
 
-    /// Returns the lost time, s, once: as soon as the reference rests after the gap and the joint stands still, or fails to do so in
-    /// time.
+    /// Returns the lost time, s, once: as soon as the reference is at rest after the gap and the joint is stationary, or fails to become
+    /// so in time.
     pub fn rested(&mut self, stands_still: bool) -> Option<f64> {
         let is_due = |alone: &&mut Alone| alone.rested_s > 0.0 && (stands_still || alone.rested_s >= REST_S) && !alone.is_told;
         let alone = self.alone.as_mut().filter(is_due)?;
@@ -154,13 +155,13 @@ impl Lead {
         Some(alone.lost_s)
     }
 
-    /// Returns true if a set-point is ignored, because it may be that of a motion from before the gap: until the joint has rested, and
-    /// for [`REST_S`] more if it does not continue the servo's own.
+    /// Returns true if a set-point is ignored because it may belong to a motion from before the gap: until the joint has come to rest,
+    /// and for a further [`REST_S`] if the set-point does not continue the servo's own.
     fn passes_over(&self, led: &ReferenceInputs, span_s: f64) -> bool {
         self.alone.is_some_and(|alone| alone.rested_s < REST_S && !(alone.is_told && self.is_near(led, span_s)))
     }
 
-    /// Returns true if a set-point continues the servo's own: it lies on the path of the next `span_s`, or within reach of the
+    /// Returns true if a set-point continues the servo's own: it lies on the path of the next `span_s`, or can be reached within the
     /// acceleration.
     fn is_near(&self, led: &ReferenceInputs, span_s: f64) -> bool {
         let (from, to) = (self.now.position, self.now.position + self.now.velocity * span_s);
@@ -186,8 +187,8 @@ impl Lead {
     }
 }
 
-/// Returns the state declared by a set-point. If it declares none, or a state that cannot be braked, it is at rest. The declared speed
-/// differs from the reference's by at most `most`: a speed in a wrong unit has no effect.
+/// Returns the state declared by a set-point. If it declares none, or a state that cannot be braked, the state is at rest. The declared
+/// speed may differ from the reference's by at most `most`, so that a speed in a wrong unit has no effect.
 fn declared(led: &ReferenceInputs, velocity: f64, most: f64, is_declared: bool) -> State {
     let rest = State { position: led.setpoint, ..State::default() };
     let limits = [led.acceleration_max, led.jerk_max];
@@ -219,7 +220,7 @@ mod tests {
         }
     }
 
-    /// Runs a lead whose set-point at 1 ms is `last`. Returns the lead, and its position in each of 2000 invocations.
+    /// Runs a lead whose set-point at 1 ms is the last one, `last`. Returns the lead, and its position in each of 2000 invocations.
     fn left_alone(last: ReferenceInputs) -> (Lead, Vec<f64>) {
         let mut lead = Lead::default();
         lead.begin(&led(0.0, 0.0, 0.0, 0));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Activations: the largest sets of blocks of one source that are always active together at one rate.
+//! Activations: the largest sets of blocks on one source that are always active together at the same rate.
 use super::Draft;
 use super::activity::{Activity, On};
 use super::relate::{Beat, Relations};
@@ -9,18 +9,18 @@ use crate::plan::{ActivationIndex, CellIndex, CellKind, Due, PlannedActivation};
 use crate::refusal::Class;
 use std::collections::HashMap;
 
-/// Properties that blocks of one activation have in common.
+/// Properties that all blocks of an activation have in common.
 #[derive(Hash, PartialEq, Eq)]
 struct Key<'a> {
     source: &'a str,
     on: &'a [On],
     by: Vec<(ActivationIndex, u32)>,
-    /// Cells of other sources or instances that the block waits for.
+    /// Cells of other sources or instances for which the block waits.
     queues: Vec<CellIndex>,
     is_driven: bool,
 }
 
-/// Drivers of a block and the queues it waits for.
+/// Drivers of a block, and the queues for which it waits.
 #[derive(Default)]
 struct Drive {
     by: Vec<(ActivationIndex, u32)>,
@@ -72,8 +72,8 @@ impl<'a> Draft<'a> {
         activations
     }
 
-    /// Finds the drivers of a block and fills the block's own lists of drivers. Blocks are visited after their drivers, so the drivers'
-    /// activations are known.
+    /// Finds the drivers of a block and fills the block's own lists of drivers. Blocks are visited after their drivers, so that the
+    /// drivers' activations are already known.
     fn drive(&mut self, block: usize, activity: &Activity, relations: &Relations) -> Drive {
         let mut drive = Drive::default();
         for relation in &relations.of[block] {
@@ -105,7 +105,7 @@ impl<'a> Draft<'a> {
         drive
     }
 
-    /// Returns the writers of a cell that are on together with a reader, or all its writers if none is.
+    /// Returns the writers of a cell that are active at the same time as a reader; if there are none, all writers of the cell.
     fn active_writers(&mut self, reader: usize, item: usize, cell: CellIndex, activity: &Activity) -> Vec<(usize, usize)> {
         let writers = &self.cells[cell].writers;
         if let [writer] = writers[..] {

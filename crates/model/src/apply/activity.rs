@@ -1,31 +1,31 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Activity of blocks: the stages in which the command lists switch each block on.
+//! Activity of blocks: the stages in which the command lists activate each block.
 use super::Draft;
 use crate::lists::CheckedCommand;
 use crate::refusal::Class;
 use hints::did_you_mean;
 
-/// State of a block in a stage in which it is on.
+/// State of a block in a stage in which it is active.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct On {
-    /// Number of the stage, counted through all lists.
+    /// Number of the stage; stages are numbered across all lists.
     pub stage: u32,
-    /// Own interval of the block; absent if it is driven or triggered.
+    /// Interval of the block itself; absent if the block is driven or triggered.
     pub every_ns: Option<u64>,
     pub budget_ns: Option<u64>,
-    /// Number of the tunable interval, from 1; 0 if the block has none. Blocks with different numbers are never grouped into one
+    /// Number of the tunable interval, starting at 1; 0 if the block has none. Blocks with different numbers are never grouped into one
     /// activation.
     pub tunable: u32,
 }
 
-/// Effect of the command lists on the blocks.
+/// Effects of the command lists on the blocks.
 #[derive(Debug, Default)]
 pub(crate) struct Activity {
-    /// Stages in which each block is on, ascending.
+    /// Stages in which each block is active, in ascending order.
     pub on: Vec<Vec<On>>,
-    /// Lists that execute each block, ascending.
+    /// Lists that execute each block, in ascending order.
     pub executed: Vec<Vec<usize>>,
-    /// List of each stage.
+    /// List to which each stage belongs.
     pub list_of: Vec<usize>,
 }
 
@@ -73,8 +73,8 @@ impl Draft<'_> {
         activity
     }
 
-    /// Returns the interval of a block: the one set at application, or else the interval of the command multiplied by the divisors of its
-    /// graphs.
+    /// Returns the interval of a block: the interval set by the application or, by default, the command's interval multiplied by the
+    /// divisors of the block's graphs.
     fn every(&self, label: &str, block: usize, every_ns: Option<u64>, divide: u32) -> Option<u64> {
         if self.checked.driven[block] {
             return None;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Arguments: bindings of the instantiation parameters; members of a device match parameters by name.
+//! Arguments: bindings of the instantiation parameters. Members of a device are matched to parameters by name.
 use super::{Draft, GroupBinding};
 use crate::configuration::Svv;
 use crate::definition::Argument;

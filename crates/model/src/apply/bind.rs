@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Bindings: the cells of an instance, and the types and units on both sides of each.
+//! Bindings: the cells of an instance, and the types and units on both sides of each binding.
 use super::{Draft, GroupBinding};
 use crate::configuration::Svv;
 use crate::flatten::{Group, Origin, Port};
@@ -81,7 +81,7 @@ impl<'a> Draft<'a> {
         group.ports.iter().find(is_output).or_else(|| group.ports.first()).copied()
     }
 
-    /// Checks the types and units of all ports of a data object. Ports bound to channels have no cell.
+    /// Checks the types and units of all ports of a data object. Ports that are bound to channels have no cell.
     pub fn check_object(&mut self, group: &Group) {
         let Some(first) = self.leading(group) else { return };
         for port in group.ports.iter().filter(|port| **port != first) {
@@ -120,7 +120,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Returns the initial value of a cell: the constant or default of an input if nothing writes it, or else zero.
+    /// Returns the initial value of a cell: the constant or default of an input if no block writes the cell, otherwise zero.
     fn initial(&mut self, group: &Group, layout: &Layout) -> Vec<u8> {
         if group.origin.varies() {
             return vec![0; layout.size];
@@ -222,7 +222,7 @@ impl<'a> Draft<'a> {
         Some(if whole { Binding::Cell(cells[0]) } else { Binding::Cells(cells.to_vec()) })
     }
 
-    /// Checks that an input that reads a history is bound to one SVV that keeps as many values.
+    /// Checks that an input that reads a history is bound to one SVV that keeps at least as many values.
     fn check_history(&mut self, port: Port, svvs: &[(&str, &Svv)], whole: bool, place: &Option<SourceLocation>) {
         let history = self.flat(port.0).kind.item(port.1).history;
         let Some((name, svv)) = svvs.first().filter(|_| history > 0) else { return };
@@ -306,7 +306,7 @@ impl<'a> Draft<'a> {
     }
 
     /// Returns true if two ports cannot share a data object. If a size is not known yet, only the element types are compared; an SVV that
-    /// is passed later may be bound to a number and to an array of one element.
+    /// is passed later may be bound both to a number and to an array of one element.
     fn types_differ(&self, first: Port, second: Port, origin: Origin) -> bool {
         match (self.layout(first), self.layout(second)) {
             (Some(a), Some(b)) if origin != Origin::Parameter => !Arc::ptr_eq(&a, &b) && a.text != b.text,
@@ -319,7 +319,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Returns true if the whole type of a port is the element type of an array whose size is still open.
+    /// Returns true if the complete type of a port is the element type of an array whose size is not known yet.
     fn is_one_of(&self, port: Port, element: &str) -> bool {
         matches!(&self.flat(port.0).kind.shapes[port.1], Shape::Fixed(layout) if layout.text == element)
     }
@@ -336,8 +336,8 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Checks that all ports of a data object have the same unit, if it is known: the unit of the writer, or of the first port that has
-    /// one.
+    /// Checks that all ports of a data object have the same unit, if that unit is known: the unit of the writer, or of the first port
+    /// that has one.
     fn check_units(&mut self, group: &Group) {
         let known = || group.ports.iter().filter(|port| !self.unit(**port).is_empty());
         let Some(&first) = known().find(|port| self.kind(**port) == Kind::Output).or_else(|| known().next()) else { return };
@@ -400,7 +400,7 @@ impl<'a> Draft<'a> {
     }
 }
 
-/// Returns the element type of an array of one element, or else the type itself.
+/// Returns the element type of a single-element array, or else the type itself.
 fn alone(layout: &Layout) -> String {
     match &layout.read {
         Type::Array(element, 1) => element.normalised(),

@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ending of a verb, expressed in the command lists of its plan. A halt, an abort, a time limit or a loss leads to lists that bring the
-//! verb to its end; from there, no transition leads back to the work of the verb.
+//! Ending of a verb, expressed in the command lists of its plan. A halt, an abort, a time limit or a loss leads to lists that end the
+//! verb; from these lists, no transition leads back to the work of the verb.
 //!
-//! *Work* is the set of lists that the initial list reaches by other conditions. A list that is work and also follows an ending condition
-//! is duplicated in the plan, so that kernels and supervisor need no further state: the copy has only the transitions of an ending.
+//! *Work* is the set of lists that can be reached from the initial list by other conditions. A list that is work and also follows an
+//! ending condition is duplicated in the plan, so that kernels and supervisor need no additional state: the copy has only the transitions
+//! of an ending.
 use crate::conditions::{CheckedCondition, ENDS};
 use crate::plan::PlannedList;
 use std::collections::{BTreeSet, HashMap};
 
-/// Removes transitions to work from the lists that follow the start of an ending, and duplicates the lists that belong to both.
+/// Removes the transitions that lead to work from lists that follow the start of an ending, and duplicates the lists that belong to both.
 pub(super) fn keep_endings(lists: &mut Vec<PlannedList>, initial: usize, conditions: &[CheckedCondition]) {
     let begins: Vec<bool> = conditions.iter().map(|condition| ENDS.contains(&condition.planned.name.as_str())).collect();
     let work = work(lists, initial, &begins);
@@ -38,7 +39,7 @@ pub(super) fn keep_endings(lists: &mut Vec<PlannedList>, initial: usize, conditi
     }
 }
 
-/// Returns the lists reachable from the initial one while the verb is not ending.
+/// Returns the lists that can be reached from the initial one while the verb is not ending.
 fn work(lists: &[PlannedList], initial: usize, begins: &[bool]) -> BTreeSet<usize> {
     let (mut found, mut next) = (BTreeSet::new(), vec![initial]);
     while let Some(list) = next.pop() {
@@ -61,8 +62,8 @@ fn ending(lists: &[PlannedList], work: &BTreeSet<usize>, begins: &[bool]) -> BTr
     found
 }
 
-/// Returns true for a transition that is kept in an ending verb: one to a list that is not work, or one by a further ending condition
-/// within the same part.
+/// Returns true for a transition that is kept in an ending verb: a transition to a list that is not work, or a transition on a further
+/// ending condition within the same part.
 fn leads_on(lists: &[PlannedList], work: &BTreeSet<usize>, begins: &[bool], from: usize, (condition, to): (usize, usize)) -> bool {
     if begins[condition] { are_of_one_part(&lists[from].name, &lists[to].name) } else { !work.contains(&to) }
 }

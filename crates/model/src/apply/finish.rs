@@ -60,7 +60,7 @@ impl<'a> Draft<'a> {
         })
     }
 
-    /// Returns an input parameter with its type, unit, default and range; adds refusals for its mistakes.
+    /// Returns an input parameter with its type, unit, default and range; adds a refusal for each mistake.
     pub fn input(&mut self, input: &CheckedInput) -> Option<PlannedInput> {
         let before = self.refusals.len();
         let planned = self.planned_input(input);
@@ -168,8 +168,8 @@ impl<'a> Draft<'a> {
         PlannedOutput { name: name.to_owned(), type_text, target }
     }
 
-    /// Plans the suspension of the verb. Every value that it sets must belong to the instance alone, and no active block may overwrite
-    /// it.
+    /// Plans the suspension of the verb. Every value that it sets must belong to the instance alone, and must not be overwritten by an
+    /// active block.
     fn suspend(&mut self, lists: &[PlannedList]) -> PlannedSuspend {
         match &self.checked.suspend {
             CheckedSuspend::Idle => PlannedSuspend::Idle,

@@ -38,8 +38,8 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Returns the placement patterns with existing sources, in order of precedence: those of the application, then those of the system
-    /// for this verb, then those for the verbs that its parts were made from, which apply within the part.
+    /// Returns the placement patterns whose sources exist, in order of precedence: the patterns of the application, the system's patterns
+    /// for this verb, and the patterns for the verbs from which its parts were made, which apply within the part.
     fn patterns(&mut self) -> Vec<(&'a str, &'a str, &'a str)> {
         let (application, configuration, checked) = (self.application, self.configuration, self.checked);
         let mut patterns: Vec<(&'a str, &'a str, &'a str)> = Vec::new();
@@ -71,7 +71,7 @@ impl<'a> Draft<'a> {
         patterns
     }
 
-    /// Returns the device and source of each block that has a channel.
+    /// Returns the device and source of each block that is bound to a channel.
     fn channel_sources(&mut self, given: &[GroupBinding<'a>]) -> Vec<Option<(&'a str, &'a str)>> {
         let mut sources: Vec<Option<(&'a str, &'a str)>> = vec![None; self.blocks.len()];
         let checked = self.checked;
@@ -89,7 +89,7 @@ impl<'a> Draft<'a> {
         sources
     }
 
-    /// Returns the real-time processors of the devices that the verb acts on, or all processors if none of these devices has one.
+    /// Returns the real-time processors of the devices on which the verb acts, or all processors if none of these devices has one.
     fn processors(&self, given: &[GroupBinding<'a>]) -> Vec<&'a str> {
         let configuration = self.configuration;
         let mut found: Vec<&'a str> = Vec::new();
@@ -167,7 +167,7 @@ impl<'a> Draft<'a> {
         self.configuration.sources.get(name)
     }
 
-    /// Returns the slowest timer whose period divides the interval; for `execute`, the timer of the lowest priority; otherwise the
+    /// Returns the slowest timer whose period divides the interval; for `execute`, the timer with the lowest priority; otherwise the
     /// trigger.
     fn place_by_interval(&mut self, block: usize, activity: &Activity, processors: &[&'a str], driven: bool) -> Option<&'a str> {
         let on = &activity.on[block];
@@ -242,8 +242,8 @@ impl<'a> Draft<'a> {
     }
 }
 
-/// Returns true if a pattern (`planner`, `pid.*`, `*`, a graph's label) matches a flat label within a part. An empty part means the whole
-/// verb.
+/// Returns true if a pattern (`planner`, `pid.*`, `*`, a graph's label) matches a flat label within a part. An empty part stands for the
+/// whole verb.
 fn fits_within(part: &str, pattern: &str, label: &str) -> bool {
     if part.is_empty() {
         fits(pattern, label)

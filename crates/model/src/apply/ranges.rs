@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ranges of input parameters and requirements of a verb, for the devices that it is applied to.
+//! Ranges of input parameters and requirements of a verb, for the devices to which it is applied.
 use super::Draft;
 use crate::definition::Bound;
 use crate::parameters::CheckedInput;
@@ -15,7 +15,7 @@ impl Draft<'_> {
         Some(PlannedRange { least: self.bound(least), most: self.bound(most), counted_from })
     }
 
-    /// Returns the distinct ranges of the items that an input parameter is stored in.
+    /// Returns the distinct ranges of the items in which an input parameter is stored.
     pub fn item_ranges(&self, input: &CheckedInput) -> Vec<Range> {
         let mut ranges = Vec::new();
         for &(block, item) in &input.ports {
@@ -26,7 +26,7 @@ impl Draft<'_> {
         ranges
     }
 
-    /// Resolves a unit with alternatives, `rad/s|m/s`, for the devices of the verb: `rad/s` if all of them are rotary joints.
+    /// Resolves a unit with alternatives, `rad/s|m/s`, for the devices of the verb: `rad/s` if all of them are revolute joints.
     pub fn chosen_unit(&self, unit: String) -> String {
         if !unit.contains('|') {
             return unit;

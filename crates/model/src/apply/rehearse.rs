@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rehearsal: applies a verb without arguments, so that the checks of an installation refuse everything that the definition alone
-//! decides.
+//! Rehearsal: applies a verb without arguments, so that the checks made at installation find every mistake of the definition itself.
 use super::activity::Activity;
 use super::{Draft, GroupBinding};
 use crate::checked::CheckedVerb;
@@ -12,8 +11,8 @@ use crate::parameters::Whose;
 use crate::types::Type;
 use std::collections::HashMap;
 
-/// Placeholder SVVs for devices that are not passed yet, by instantiation parameter. Their types and units are those that the device type
-/// declares.
+/// Placeholder SVVs, by instantiation parameter, for devices that are not passed yet. Their types and units are those declared by the
+/// device type.
 pub(crate) struct StandIns(HashMap<usize, Vec<(String, Svv)>>);
 
 impl StandIns {
@@ -52,7 +51,7 @@ impl StandIns {
 }
 
 impl<'a> Draft<'a> {
-    /// Infers sizes and units as far as the definition determines them, and returns the provisional binding of each group.
+    /// Infers sizes and units to the extent that the definition determines them, and returns the provisional binding of each group.
     pub fn stand_in(&mut self, stand_ins: &'a StandIns) -> Vec<GroupBinding<'a>> {
         self.objects = vec![Vec::new(); self.checked.objects.len()];
         let mut given: Vec<GroupBinding<'a>> = self.checked.groups.iter().map(|_| GroupBinding::Private).collect();
@@ -64,8 +63,8 @@ impl<'a> Draft<'a> {
         given
     }
 
-    /// Refuses everything that an installation would refuse for any arguments. `is_whole`: nothing has been refused so far, so anything
-    /// that is absent was left out by the definition.
+    /// Refuses everything that an installation would refuse for any arguments. `is_whole` is true if there are no refusals so far, so
+    /// that anything absent was omitted by the definition.
     pub fn rehearse(&mut self, given: &[GroupBinding<'a>], is_whole: bool) {
         self.bind(given);
         let activity = self.activity();
@@ -89,7 +88,7 @@ impl<'a> Draft<'a> {
         layouts.find_map(|layout| if let Type::Array(_, count) = layout.read { Some(count) } else { None })
     }
 
-    /// Returns true if a block runs on the trigger of its source, which is known only after placement.
+    /// Returns true if a block runs on the trigger of its source, which is known only after the block has been placed.
     fn takes_triggers(&self, activity: &Activity) -> bool {
         let mut blocks = activity.on.iter().zip(&self.checked.driven);
         blocks.any(|(on, driven)| !driven && on.iter().any(|on| on.every_ns.is_none()))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Scheduling relations: checks that every synchronous or ratio input has one active writer, at the right rate.
+//! Scheduling relations: checks that every synchronous or ratio input has exactly one active writer, at the right rate.
 use super::Draft;
 use super::activity::Activity;
 use super::bind::cells_of;
@@ -12,12 +12,12 @@ use crate::plan::{CellIndex, CellKind};
 use crate::quantity::duration_text;
 use crate::refusal::{Class, Refusal, Refusals, Where};
 
-/// Link between an input and the invocations of its writer.
+/// Relation between an input and the invocations of its writer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Relation {
     pub item: usize,
     pub cell: CellIndex,
-    /// Synchronous, or ratio.
+    /// Mode: synchronous or ratio.
     pub mode: Mode,
 }
 
@@ -35,7 +35,7 @@ pub(crate) enum Beat<'a> {
     Interval(u64),
     Trigger(&'a str, u32),
     Once,
-    /// Active, but driven by nothing in this stage.
+    /// Active, but not driven in this stage.
     Idle,
 }
 
@@ -77,7 +77,7 @@ fn beat(rate: &Rate) -> Beat<'_> {
 }
 
 impl<'a> Draft<'a> {
-    /// Returns the relations, and an order of the blocks in which drivers come first.
+    /// Returns the relations, and an order of the blocks in which drivers precede the blocks that they drive.
     pub fn relations(&mut self) -> Result<Relations, Refusals> {
         let mut of: Vec<Vec<Relation>> = Vec::with_capacity(self.blocks.len());
         let mut edges = Vec::new();
@@ -111,7 +111,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Computes the rate of every block in each stage in which it is on, and refuses the relations that do not hold.
+    /// Computes the rate of every block in each stage in which it is active, and refuses relations that do not hold.
     pub fn relate(&mut self, activity: &Activity, relations: &Relations) -> Vec<Vec<Beat<'a>>> {
         let mut beats: Vec<Vec<Beat<'a>>> = vec![Vec::new(); self.blocks.len()];
         for &block in &relations.order {
@@ -164,7 +164,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Returns the rate at which the writer of a relation updates, for each stage in which the reader is on.
+    /// Returns the rate at which the writer of a relation updates, for each stage in which the reader is active.
     fn updates(&mut self, relation: &Relation, reader: usize, activity: &Activity, beats: &[Vec<Beat<'a>>]) -> Vec<Option<Beat<'a>>> {
         let on = &activity.on[reader];
         let writers = &self.cells[relation.cell].writers;
@@ -192,7 +192,8 @@ impl<'a> Draft<'a> {
         updates
     }
 
-    /// Returns the lists in which the reader is driven at some time. A stage before the writer is switched on is not an error.
+    /// Returns the lists in which the reader is driven at some time. It is not an error if it is not driven in a stage before the writer
+    /// is activated.
     fn lists_driven(&self, relation: &Relation, activity: &Activity, updates: &[Option<Beat<'a>>], on: &[super::activity::On]) -> Vec<usize> {
         if updates.iter().all(Option::is_some) {
             return Vec::new();
@@ -205,7 +206,7 @@ impl<'a> Draft<'a> {
         lists
     }
 
-    /// Returns the rate of the one external instance that writes an SVV.
+    /// Returns the rate of the only external instance that writes an SVV.
     fn external_beat(&mut self, relation: &Relation, reader: usize) -> Option<Beat<'a>> {
         let writers = self.external_writers(relation.cell);
         let mut found: Vec<(Beat<'a>, &Writer)> = Vec::new();
@@ -310,7 +311,7 @@ impl<'a> Draft<'a> {
         format!("relax it with modes={{'{}': 'asynchronous'}}", self.port_name(reader))
     }
 
-    /// Checks that no two blocks that are on together write the same cell.
+    /// Checks that no two blocks that are active at the same time write the same cell.
     pub fn one_writer(&mut self, activity: &Activity) {
         for cell in 0..self.cells.len() {
             let writers = self.cells[cell].writers.clone();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tunable intervals: plans an instance with changed intervals, rechecks all rates, and changes nothing else.
+//! Tunable intervals: plans an instance with changed intervals and rechecks all rates. Everything else stays the same.
 use crate::checked::CheckedVerb;
 use crate::configuration::Configuration;
 use crate::definition::Application;
@@ -10,7 +10,7 @@ use hints::did_you_mean;
 use indexmap::IndexMap;
 
 impl CheckedVerb {
-    /// Returns the labels whose interval is declared tunable in some command list, in the order of the lists.
+    /// Returns the labels whose interval is declared tunable in any command list, in the order of the lists.
     pub fn tunable_labels(&self) -> Vec<&str> {
         let mut labels: Vec<&str> = Vec::new();
         for (label, tunable) in self.activated() {
@@ -21,7 +21,7 @@ impl CheckedVerb {
         labels
     }
 
-    /// Returns the labels that command lists activate, each with whether its interval is tunable.
+    /// Returns the labels that command lists activate, each with a flag that is true if its interval is tunable.
     fn activated(&self) -> impl Iterator<Item = (&str, bool)> {
         let commands = self.lists.iter().flat_map(|list| &list.stages).flat_map(|stage| &stage.commands);
         commands.filter_map(|command| match command {
@@ -30,11 +30,11 @@ impl CheckedVerb {
         })
     }
 
-    /// Returns the plan of `application`, currently installed as `plan`, with these intervals (label → ns) replacing the previous ones.
+    /// Returns the plan of `application`, currently installed as `plan`, in which these intervals (label → ns) replace the previous ones.
     /// The placement and grouping of blocks stay the same.
     ///
     /// # Errors
-    /// Fails if a label is not activated or not tunable, or if a rate would not hold.
+    /// Fails if a label is not activated or not tunable, or if a rate would no longer hold.
     pub fn retuned(&self, application: &Application, every: &IndexMap<String, u64>, plan: &Plan, configuration: &Configuration) -> Result<Plan, Refusals> {
         let refusals: Refusals = every.keys().filter_map(|label| self.not_tunable(label)).map(|refusal| refusal.at(&self.place)).collect();
         if !refusals.is_empty() {
@@ -67,7 +67,8 @@ impl CheckedVerb {
 }
 
 impl Plan {
-    /// Returns the number of firings between two invocations, in the stage that first activates it; `None` if it is never activated.
+    /// Returns the number of firings between two invocations of an activation, in the first stage that activates it; `None` if no stage
+    /// does.
     pub fn every(&self, activation: ActivationIndex) -> Option<u32> {
         let active = self.lists.iter().flat_map(|list| &list.stages).flat_map(|stage| &stage.active);
         active.into_iter().find(|(index, _)| *index == activation).map(|(_, every)| *every)

@@ -12,7 +12,7 @@ use crate::order;
 use crate::plan::{ActivationIndex, BlockIndex, PlannedActivation, PlannedCommand, PlannedList, PlannedStage, Remark};
 use crate::refusal::Refusals;
 
-/// Blocks of each source, in order.
+/// Blocks of each source, in firing order.
 pub(crate) type Order = Vec<(String, Vec<BlockIndex>)>;
 
 impl Draft<'_> {
@@ -99,7 +99,7 @@ impl Draft<'_> {
         lists
     }
 
-    /// Returns the activations that are on after each stage, each with its number of releases.
+    /// Returns the activations that are active after each stage, each with its number of releases.
     fn active(&self, activity: &Activity, activations: &[PlannedActivation]) -> Vec<Vec<(ActivationIndex, u32)>> {
         let mut active = vec![Vec::new(); activity.list_of.len()];
         for (index, activation) in activations.iter().enumerate() {
@@ -164,8 +164,8 @@ impl Draft<'_> {
         commands
     }
 
-    /// Returns one invocation of each block without synchronous inputs, followed by the blocks they drive. The definition guarantees at
-    /// least one.
+    /// Returns one invocation of each block without synchronous inputs, followed by the blocks that they drive. The definition guarantees
+    /// that there is at least one.
     fn executed(&self, blocks: std::ops::Range<usize>, relations: &Relations, position: &[(usize, usize)]) -> Vec<BlockIndex> {
         let is_driven = |block: usize| relations.of[block].iter().any(|r| r.mode == Mode::Synchronous);
         let mut runs = vec![false; blocks.len()];

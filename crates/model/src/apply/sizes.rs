@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sizes: infers the number of elements of variable-size blocks from their bindings.
+//! Infers the number of elements of variable-size blocks from their bindings.
 use super::{Draft, GroupBinding};
 use crate::flatten::Port;
 use crate::kind::Shape;
@@ -16,7 +16,7 @@ impl Draft<'_> {
         }
     }
 
-    /// Infers the sizes as far as they are known, and returns the blocks that have one.
+    /// Infers the sizes that can be determined, and returns the blocks whose size is known.
     pub fn known_sizes(&mut self, given: &[GroupBinding<'_>]) -> Vec<usize> {
         self.sizes = vec![None; self.checked.blocks.len()];
         let checked = self.checked;

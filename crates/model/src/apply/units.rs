@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Units that pass through a block: an item declared with the unit of others (`=u`, `=k.u`) receives it as soon as that unit is known.
+//! Units that pass through a block: an item declared with the unit of others (`=u`, `=k.u`) is assigned that unit as soon as it is known.
 use super::{Draft, GroupBinding};
 use crate::configuration::Channel;
 use crate::flatten::Port;
@@ -11,13 +11,13 @@ use crate::value::Value;
 const PURE: &str = "1";
 
 impl<'a> Draft<'a> {
-    /// Returns the unit of an item, declared or inferred; empty if it is not known.
+    /// Returns the declared or inferred unit of an item; empty if it is not known.
     pub fn unit(&self, (block, item): Port) -> &str {
         let inferred = self.units[block].iter().find(|(at, _)| *at == item);
         inferred.map_or(self.checked.blocks[block].kind.item(item).unit.as_str(), |(_, unit)| unit)
     }
 
-    /// Infers the units of items that are declared by the units of others.
+    /// Infers the units of items that are declared in terms of other items' units.
     pub fn infer_units(&mut self, given: &[GroupBinding<'_>]) {
         let checked = self.checked;
         let items = |block: usize| checked.blocks[block].kind.interface.items.iter().enumerate();
@@ -52,7 +52,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Returns the unit of an item that another item refers to; `None` if it is not known.
+    /// Returns the unit of an item to which another item refers; `None` if it is not known.
     fn factor(&self, port: Port, given: &[GroupBinding<'_>]) -> Option<String> {
         let own = Some(self.unit(port).to_owned()).filter(|unit| !unit.is_empty());
         own.or_else(|| match self.kind(port) {
@@ -62,7 +62,7 @@ impl<'a> Draft<'a> {
     }
 
     /// Returns a channel's unit for the device that owns the verb: a prismatic joint may have a rotary drive. Empty if the channel has
-    /// the other direction, which is refused separately.
+    /// the opposite direction, which is refused separately.
     fn channel_unit(&self, port: Port, channel: &Channel) -> String {
         if channel.write != (self.kind(port) == Kind::DeviceWrite) {
             return String::new();
@@ -71,7 +71,7 @@ impl<'a> Draft<'a> {
         owner.map_or_else(|| channel.unit.clone(), |device| device.unit(&channel.unit))
     }
 
-    /// Returns the unit of the data object that a port is bound to.
+    /// Returns the unit of the data object to which a port is bound.
     fn group_unit(&self, port: Port, given: &[GroupBinding<'_>]) -> Option<String> {
         let Some(group) = self.checked.group(port) else { return self.elements_unit(port, given) };
         let mut found: Vec<String> = match &given[group] {
@@ -88,7 +88,7 @@ impl<'a> Draft<'a> {
         found.iter().all(|unit| unit == first).then(|| first.clone())
     }
 
-    /// Returns the common unit of the elements of an array port that is bound element by element.
+    /// Returns the unit that all elements have in common, for an array port that is bound element by element.
     fn elements_unit(&self, (block, item): Port, given: &[GroupBinding<'_>]) -> Option<String> {
         let elements = self.checked.blocks[block].kind.elements_of(item);
         let mut units = elements.iter().map(|(_, element)| self.factor((block, *element), given));
@@ -96,8 +96,8 @@ impl<'a> Draft<'a> {
         units.all(|unit| unit.as_ref() == Some(&first)).then_some(first)
     }
 
-    /// Returns the unit of a parameter's value: `k="2 N.m/rad"`. A number without a unit is pure; the unit of an input parameter's value
-    /// is not known yet.
+    /// Returns the unit of a parameter's value: `k="2 N.m/rad"`. A number without a unit is dimensionless; the unit of an input
+    /// parameter's value is not known yet.
     fn parameter_unit(&self, (block, item): Port) -> Option<&str> {
         if let Some(input) = self.checked.inputs.iter().find(|input| input.ports.contains(&(block, item))) {
             return Some(input.unit.as_str()).filter(|unit| !unit.is_empty());

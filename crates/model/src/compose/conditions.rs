@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Termination conditions of a composed verb: one line for each part that has the condition, restricted to the lists of that part. In a
-//! list that several parts share, ν is the union of theirs.
+//! list shared by several parts, ν is the union of the parts' ν.
 use super::Composing;
 use super::joint::Joint;
 use super::part::{MERGED, PartOf};
@@ -25,7 +25,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Merges the lines of a list that several parts share. If all parts are awaited, the conditions that end them become `completed`.
+    /// Merges the lines of a list shared by several parts. If all parts are awaited, the conditions that end them become `completed`.
     fn merge_conditions(&mut self, joint: &Joint) {
         let mut lines: IndexMap<String, (usize, Termination)> = IndexMap::new();
         for &(part, list) in &joint.lists {

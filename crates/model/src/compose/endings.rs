@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ending, suspension and cut-off behaviour of a composed verb. It is taken from the only part that declares it; parts that each come to
-//! rest in their own way do the same in the composition. Two parts that declare different behaviour are a conflict.
+//! Ending, suspension and cut-off reaction of a composed verb. They are taken from the only part that declares them. Parts that each come
+//! to rest in their own way do the same in the composition. Two parts with different declarations are a conflict.
 use super::Composing;
 use crate::definition::{Holding, Suspend};
 use crate::refusal::Class;
 use std::mem::discriminant;
 
 impl Composing<'_> {
-    /// Combines the ending lists, the kinds of suspension, and the reactions to a cut-off programming system.
+    /// Combines the ending lists, the kinds of suspension, and the reactions to a cut-off of the programming system.
     pub fn endings(&mut self) {
         self.cut_off();
         let (mut ending, mut suspend): (Option<usize>, Option<usize>) = (None, None);
@@ -44,7 +44,7 @@ impl Composing<'_> {
 }
 
 impl Composing<'_> {
-    /// Combines the parts' reactions to a cut-off programming system; parts without one agree with any.
+    /// Combines the parts' reactions to a cut-off of the programming system; a part that declares none is compatible with any.
     fn cut_off(&mut self) {
         let mut says: Option<usize> = None;
         for part in 0..self.parts.len() {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Form of a parameter: the kind of value that it is bound to or set to. Two parts that share its name must agree on it.
+//! Form of a parameter: the kind of value to which it is bound or set. Two parts that share a parameter name must agree on its form.
 use super::part::PartOf;
 use crate::flatten::Port;
 use crate::interface::Kind;
@@ -12,10 +12,10 @@ pub(super) struct Form {
     /// Kind of value that is passed for the parameter.
     pub what: &'static str,
     element: String,
-    /// Number of elements; `None` if the block's size determines it.
+    /// Number of elements; `None` if it depends on the size of the block.
     count: Option<usize>,
     unit: String,
-    /// `input 'approach.plan.speed' (double, rad/s)`.
+    /// Description of the parameter for messages: `input 'approach.plan.speed' (double, rad/s)`.
     pub described: String,
 }
 
@@ -26,7 +26,7 @@ pub(super) enum Differ {
     Units,
 }
 
-/// Returns the form of a set of ports.
+/// Returns the common form of a set of ports.
 pub(super) fn form(part: &PartOf<'_>, ports: &[Port], unit: &str) -> Option<Form> {
     let &(block, item) = ports.first()?;
     let kind = &part.checked.blocks[block].kind;
@@ -49,7 +49,7 @@ pub(super) fn form(part: &PartOf<'_>, ports: &[Port], unit: &str) -> Option<Form
 }
 
 impl Form {
-    /// Returns why `other` cannot be the same parameter; `None` if it can.
+    /// Returns the reason why `other` cannot be the same parameter; `None` if it can.
     pub fn differs(&self, other: &Form) -> Option<Differ> {
         let counts_differ = matches!((self.count, other.count), (Some(a), Some(b)) if a != b);
         if self.what != other.what {

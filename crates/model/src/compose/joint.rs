@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Joint lists: lists of several parts that `together` merges into one. These are the initial lists, and lists to which one system
+//! Joint lists: lists of several parts that `together` merges into one. These are the initial lists, and the lists to which one system
 //! condition leads several parts.
 //!
 //! If all parts are awaited, waits record the arrivals: the list continues with one wait per part, which also accepts a condition that
-//! arrived earlier, then switches the parts off, and is `completed`. Any other end of a part ends the whole.
+//! occurred earlier, then deactivates the parts, and is `completed`. Any other end of a part ends the whole verb.
 use super::part::{MERGED, PartOf};
 use super::{Composing, Until};
 use crate::conditions::{ENDS, LIMITS, SYSTEM};
@@ -23,7 +23,7 @@ pub(super) struct Joint {
 }
 
 impl Joint {
-    /// Returns the name of the joined lists in a message.
+    /// Returns the name of the joint lists for messages.
     pub fn what(&self) -> String {
         if self.name == MERGED { "initial lists".to_owned() } else { format!("lists '{}'", self.name) }
     }
@@ -58,8 +58,8 @@ impl Composing<'_> {
         }
     }
 
-    /// Refuses a joint list if a condition that tells the verb to end leads to only some of its lists: the others, to which no such
-    /// condition of their part leads, would start then.
+    /// Refuses a joint list if a condition that orders the verb to end leads to only some of its lists: the remaining lists, to which no
+    /// such condition of their part leads, would then also start.
     fn check_ends(&mut self, joint: &Joint) {
         let is_ending = |(part, list): &(usize, usize)| ENDS.iter().any(|condition| self.parts[*part].goal_of_initial(condition) == Some(*list));
         let (ending, work): (Vec<_>, Vec<_>) = joint.lists.iter().copied().partition(is_ending);
@@ -86,7 +86,7 @@ impl Composing<'_> {
         name
     }
 
-    /// Refuses parts that never end in a list in which all parts are awaited, or that leave it alone.
+    /// Refuses parts that never end in a list in which all parts are awaited, and parts that leave this list without the others.
     fn check_all(&mut self, joint: &Joint) {
         for &(part, list) in &joint.lists {
             let of = &self.parts[part];
@@ -129,7 +129,7 @@ impl PartOf<'_> {
         self.verb.command_lists.get_index(list).map_or("", |(name, _)| name.as_str())
     }
 
-    /// Returns the list to which a condition leads from the initial one; `None` if that is the initial or the ending list.
+    /// Returns the list to which a condition leads from the initial one; `None` if it leads to the initial or the ending list.
     fn goal_of_initial(&self, condition: &str) -> Option<usize> {
         let from = self.own_list(self.checked.initial);
         let line = self.verb.transitions.iter().find(|line| line.from == from && line.condition == condition)?;
@@ -137,7 +137,7 @@ impl PartOf<'_> {
         (to != self.checked.initial && self.checked.ending.list != Some(to)).then_some(to)
     }
 
-    /// Returns a condition of a block, and the list to which it leads from this list.
+    /// Returns a block condition on which the part leaves this list, and the list to which it leads.
     fn leaves(&self, list: usize) -> Option<(&str, &str)> {
         let from = self.own_list(list);
         let is_own = |name: &str| !SYSTEM.contains(&name) && !LIMITS.contains(&name);
@@ -145,8 +145,8 @@ impl PartOf<'_> {
         Some((&line.condition, &line.to))
     }
 
-    /// Returns the table lines by which the part ends a list: the normal ones, or the lines that raise if there are none, as in a list
-    /// that follows a time limit.
+    /// Returns the table lines that end the part in a list: the normal ones or, if there are none (as in a list that follows a time
+    /// limit), those that raise an exception.
     pub fn awaited(&self, list: usize) -> Vec<usize> {
         let ends = |at: &usize| {
             let (key, line) = self.verb.conditions.get_index(*at).expect("an index of the table");
@@ -159,7 +159,7 @@ impl PartOf<'_> {
         if normal.is_empty() && list != self.checked.initial { all } else { normal }
     }
 
-    /// Returns the blocks that a list leaves active.
+    /// Returns the blocks that are still active at the end of a list.
     pub fn left_on(&self, list: usize) -> Vec<&String> {
         let commands = &self.verb.command_lists[list].commands;
         let off: HashSet<&String> =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Command lists of a composed verb; `together` makes joint ones.
+//! Command lists of a composed verb; `together` creates joint lists.
 use super::Composing;
 use super::joint::Joint;
 use super::part::PartOf;
@@ -27,8 +27,8 @@ impl Composing<'_> {
         }
     }
 
-    /// Merges several lists: the start of each list, up to its first wait, in the order of the parts; then the rest of the list that
-    /// waits; then the waits for all parts.
+    /// Merges several lists: first the start of each list, up to its first wait, in the order of the parts; then the rest of the list
+    /// that contains waits; then the waits for all parts.
     fn merge(&mut self, joint: &Joint) {
         let mut commands: Vec<(usize, Command)> = Vec::new();
         let mut waiting: Option<(usize, Vec<Command>)> = None;
@@ -59,7 +59,7 @@ impl Composing<'_> {
         self.verb.command_lists.insert(joint.name.clone(), CommandList { commands, place: self.of.place.clone() });
     }
 
-    /// Returns the commands that end the list if the waiting part is `completed` with it and thereby ends the whole: they deactivate the
+    /// Returns the commands that end the list if the whole verb ends as soon as the waiting part is `completed`: they deactivate the
     /// blocks of the other parts.
     fn end_with(&self, joint: &Joint, first: Option<usize>) -> Vec<Command> {
         let list_of = |part: usize| joint.lists.iter().find(|(of, _)| *of == part).map(|(_, list)| *list);
@@ -79,7 +79,7 @@ impl Composing<'_> {
         offs
     }
 
-    /// Merges a command of a shared block: a duplicate is dropped; a different command of the same kind is a conflict.
+    /// Merges a command for a shared block: a duplicate is dropped; a different command of the same kind is a conflict.
     fn merge_command(&mut self, part: usize, command: &Command, commands: &mut Vec<(usize, Command)>) {
         let block = |command: &Command| match command {
             Command::Execute { block } | Command::Activate { block, .. } | Command::Deactivate { block } => block.clone(),
@@ -98,7 +98,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Checks that no two parts write one parameter from the same joint list.
+    /// Checks that no two parts write the same parameter in a joint list.
     fn check_writers(&mut self, joint: &Joint) {
         let mut conflicts = Vec::new();
         for name in self.verb.instantiation_parameters.keys() {
@@ -136,12 +136,12 @@ impl PartOf<'_> {
         }
     }
 
-    /// Returns a label of a block, or of one inside a graph (`loop.estimator`).
+    /// Returns the label, in the composed verb, of a block or of a block within a graph (`loop.estimator`).
     pub fn label(&self, label: &str) -> String {
         if self.verb.blocks.contains_key(label) { self.block(label) } else { self.port(label) }
     }
 
-    /// Returns the port of the part that writes an instantiation parameter of the composed verb while one of its lists runs.
+    /// Returns the port of the part that writes an instantiation parameter of the composed verb while one of the part's lists runs.
     fn writer_of(&self, name: &str, list: usize) -> Option<String> {
         let own = self.verb.instantiation_parameters.keys().find(|own| self.parameter(own) == name)?;
         let active: HashSet<usize> = self.checked.lists[list]

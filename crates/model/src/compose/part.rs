@@ -11,16 +11,16 @@ use std::collections::{HashMap, HashSet};
 /// Name of the list into which `together` merges the initial lists.
 pub(super) const MERGED: &str = "start";
 
-/// A part: its checked verb, and the renamings, presets and shared blocks that the composition declares for it.
+/// A part: its checked verb, and the renamings, presets and shared blocks that the composition specifies for it.
 pub(super) struct PartOf<'a> {
     pub label: &'a str,
     pub verb: &'a Verb,
     pub checked: CheckedVerb,
     /// Names of the part that differ in the composed verb.
     pub renamed: HashMap<&'a str, &'a str>,
-    /// Inputs of the part that have a fixed value.
+    /// Inputs of the part that have a preset value.
     pub preset: HashMap<&'a str, &'a Value>,
-    /// Labels of its blocks that are shared with other parts.
+    /// Labels of the part's blocks that are shared with other parts.
     pub shared: HashSet<&'a str>,
     /// Cells that are bound to shared blocks.
     pub shared_cells: HashSet<&'a str>,
@@ -34,12 +34,12 @@ impl<'a> PartOf<'a> {
         PartOf { label, verb, checked, renamed: HashMap::new(), preset: HashMap::new(), shared: HashSet::new(), shared_cells: HashSet::new(), joint }
     }
 
-    /// Returns `part 'approach' (verb 'reach')`.
+    /// Describes the part for messages: `part 'approach' (verb 'reach')`.
     pub fn described(&self) -> String {
         format!("part '{}' (verb '{}')", self.label, self.verb.name)
     }
 
-    /// Returns the name in the composed verb of a parameter, object, output or condition of the part.
+    /// Returns the name in the composed verb of a parameter, object, output or condition of this part.
     pub fn own<'s>(&'s self, name: &'s str) -> &'s str {
         self.renamed.get(name).copied().unwrap_or(name)
     }
@@ -70,7 +70,7 @@ impl<'a> PartOf<'a> {
         }
     }
 
-    /// Returns the block labels that a name may begin with.
+    /// Returns the block labels with which a name may begin.
     fn labels_of<'s>(&'s self, name: &'s str) -> impl Iterator<Item = &'s str> {
         let is_head = move |label: &&str| name.strip_prefix(*label).is_some_and(|rest| rest.starts_with('.'));
         self.verb.blocks.keys().map(String::as_str).filter(is_head)
@@ -102,7 +102,7 @@ impl<'a> PartOf<'a> {
         self.checked.groups.iter().find(|group| group.origin == Origin::Parameter && group.name == parameter)
     }
 
-    /// Returns the top-level block that a flat block belongs to.
+    /// Returns the top-level block to which a flat block belongs.
     pub fn label_of(&self, block: usize) -> &str {
         let flat = &self.checked.blocks[block].label;
         self.verb.blocks.keys().map(String::as_str).filter(|label| is_within(flat, label)).max_by_key(|label| label.len()).unwrap_or(flat)
@@ -116,7 +116,7 @@ impl<'a> PartOf<'a> {
         crate::flatten::describe(&block, port.1)
     }
 
-    /// Returns true if a list runs a block that reports the condition. A system condition may occur in any list.
+    /// Returns true if a list runs a block that reports the condition. System conditions may occur in any list.
     pub fn can_come(&self, list: usize, name: &str) -> bool {
         let runs = |block: usize| {
             let mut commands = self.checked.lists[list].stages.iter().flat_map(|stage| &stage.commands);
@@ -127,8 +127,8 @@ impl<'a> PartOf<'a> {
         line.is_none_or(|line| line.planned.on.is_empty() || line.planned.on.iter().any(|port| runs(port.0)))
     }
 
-    /// Returns true if the condition, by its name in the part, holds in a list and has no transition there. τ does not concern the end of
-    /// the ending list.
+    /// Returns true if the condition, by its name in the part, holds in a list and has no transition there. τ does not apply to the end
+    /// of the ending list.
     pub fn ends(&self, list: usize, name: &str) -> bool {
         if self.checked.ending.list == Some(list) {
             return false;
@@ -141,7 +141,7 @@ impl<'a> PartOf<'a> {
     }
 }
 
-/// Returns true if a flat label equals `label` or lies within it.
+/// Returns true if a flat label is `label` or is nested within it.
 pub(super) fn is_within(flat: &str, label: &str) -> bool {
     flat.strip_prefix(label).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }

@@ -82,7 +82,7 @@ impl<'a> Composing<'a> {
         }
     }
 
-    /// Checks that no two items of one part get the same name.
+    /// Checks that no two items of a part have the same name in the composed verb.
     fn check_renamed(&mut self, part: usize) {
         let names = self.parts[part].names();
         for (what, names) in [("parameters", &names.parameters), ("outputs", &names.outputs), ("conditions", &names.conditions)] {

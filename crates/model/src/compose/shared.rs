@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `share`: blocks of which all parts use one instance. Their uses and bindings must be identical.
+//! `share`: blocks of which all parts use the same instance. Their uses and bindings must be identical.
 use super::Composing;
 use super::part::{PartOf, is_within};
 use crate::flatten::{Origin, Port};
@@ -67,7 +67,7 @@ impl Composing<'_> {
 }
 
 impl<'a> PartOf<'a> {
-    /// Marks a block and the cells that it is bound to as shared.
+    /// Marks a block, and the cells to which it is bound, as shared.
     fn share(&mut self, label: &str) {
         let verb = self.verb;
         let Some((label, _)) = verb.blocks.get_key_value(label) else { return };
@@ -80,12 +80,12 @@ impl<'a> PartOf<'a> {
         self.shared_cells.extend(cells);
     }
 
-    /// Returns the flat blocks of the part that a label refers to.
+    /// Returns the flat blocks of the part to which a label refers.
     fn flat_of<'s>(&'s self, label: &'s str) -> impl Iterator<Item = usize> + 's {
         (0..self.checked.blocks.len()).filter(move |block| is_within(&self.checked.blocks[*block].label, label))
     }
 
-    /// Returns the binding of a port, by its name in the composed verb.
+    /// Returns the name, in the composed verb, of the binding of a port.
     fn binding(&self, port: Port) -> String {
         let Some(group) = self.checked.group(port).map(|group| &self.checked.groups[group]) else { return "nothing".to_owned() };
         match group.origin {

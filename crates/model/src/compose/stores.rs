@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values that one part needs when it begins and that another part would destroy: values that ψ stores once, at the start of the whole
+//! Values that one part needs when it begins and that another part would overwrite: values that ψ stores once, at the start of the whole
 //! verb, and values that only another verb could drive.
 use super::Composing;
 use super::part::PartOf;
@@ -12,8 +12,8 @@ use std::collections::HashMap;
 type Object = String;
 
 impl Composing<'_> {
-    /// Refuses inputs of different names, or with a preset, that are stored in the same place; inputs that another part overwrites before
-    /// their part begins; and synchronous inputs that only another part writes.
+    /// Refuses inputs that are stored in the same location but have different names or a preset; inputs that another part overwrites
+    /// before their own part begins; and synchronous inputs that only another part writes.
     pub fn check_stores(&mut self) {
         let mut stored: HashMap<Object, (usize, String)> = HashMap::new();
         for part in 0..self.parts.len() {
@@ -44,7 +44,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Checks that every synchronous input of a part has a writer that runs together with the part.
+    /// Checks that every synchronous input of a part has a writer that runs at the same time as the part.
     fn check_driven(&mut self, part: usize) {
         if self.of.together {
             return;
@@ -74,7 +74,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Returns another part, and its port that writes an object.
+    /// Returns another part that writes an object, and the port that writes it.
     fn writer(&self, object: &str, part: usize) -> Option<(usize, String)> {
         (0..self.parts.len()).filter(|other| *other != part).find_map(|other| {
             let of = &self.parts[other];
@@ -94,7 +94,7 @@ impl Composing<'_> {
 }
 
 impl PartOf<'_> {
-    /// Returns the object of a port or parameter if other parts may also use it.
+    /// Returns the object of a port or parameter if other parts may also use the object.
     fn object(&self, port: Port) -> Option<Object> {
         let group = self.checked.group(port).map(|group| &self.checked.groups[group]);
         match group {
@@ -106,7 +106,7 @@ impl PartOf<'_> {
         self.shared.contains(self.label_of(port.0)).then(|| format!("{}.{}", block.label, block.kind.item(port.1).name))
     }
 
-    /// Returns the name of an input in the composed verb.
+    /// Returns the name of an input parameter in the composed verb.
     fn input(&self, name: &str) -> String {
         let fixed = self.preset.contains_key(name) || self.verb.input_parameters.get(name).is_some_and(|input| input.preset);
         if fixed { format!("{}.{name}", self.label) } else { self.parameter(name) }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! τ of a composed verb: the transitions of each part, and the lines that lead from part to part. A pair (list, condition) that ended a
-//! part becomes a transition if such a line covers it.
+//! τ of a composed verb: the transitions of each part, and the lines that lead from one part to another. A pair (list, condition) that
+//! ends a part on its own becomes a transition if such a line covers it.
 use super::part::MERGED;
 use super::{Composing, Step};
 use crate::conditions::{ENDS, LIMITS, SYSTEM};
@@ -11,15 +11,15 @@ use indexmap::{IndexMap, IndexSet};
 use std::cmp::Reverse;
 use std::collections::HashMap;
 
-/// A list of a part.
+/// A part and one of its lists.
 type ListOf = (usize, usize);
 
-/// Rank of a line: if two lines apply to the same pair, the higher rank wins. It compares, in order: whether the line names a condition,
-/// whether it names a list, how few parts it names, and how deeply they are nested.
+/// Rank of a line: if two lines apply to the same pair, the one with the higher rank wins. The rank depends, in this order, on whether
+/// the line names a condition, whether it names a list, how few parts it names, and how deeply they are nested.
 type Rank = (bool, bool, Reverse<usize>, usize);
 
 impl Composing<'_> {
-    /// Copies τ of the parts and augments it.
+    /// Copies τ of the parts and adds the lines between parts.
     pub fn transitions(&mut self) {
         self.initial();
         self.own_transitions();
@@ -42,9 +42,9 @@ impl Composing<'_> {
         }
     }
 
-    /// Removes transitions of lines without a condition from lists that run only after the verb was told to end, if such a line also
-    /// leaves work: whatever follows the part does not begin during an ending, even if nothing else leads there. A line that names its
-    /// condition declares an ending.
+    /// Removes transitions that lines without a condition add to lists that run only after the verb was ordered to end, if such a line
+    /// also leaves work: the part that follows must not begin during an ending, even if no other transition leads to it. A line that
+    /// names its condition declares an ending.
     fn keep_to_ends(&mut self, lines: &[(Rank, &Step, Vec<ListOf>)], augmented: &HashMap<(String, String), (Rank, usize)>) {
         let (work, ending) = self.work_and_ending();
         let is_work = |at: usize| lines[at].2.iter().any(|(part, list)| work.contains(&self.parts[*part].list(*list)));
@@ -74,7 +74,7 @@ impl Composing<'_> {
         self.verb.parts.keys().chain(self.verb.command_lists.keys()).map(String::as_str).collect()
     }
 
-    /// Returns the list that a part or list denotes as a goal.
+    /// Returns the list that a part or list denotes when it is the target of a line.
     fn list_of(&self, name: &str) -> Option<String> {
         let list = |name: &str| self.verb.command_lists.contains_key(name).then(|| name.to_owned());
         let own = || {
@@ -115,7 +115,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Returns the lists from which a line leads, and whether it names lists.
+    /// Returns the lists from which a line leads, and true if the line names lists.
     fn from(&mut self, step: &Step) -> Option<(Vec<ListOf>, bool)> {
         let mut found: Vec<ListOf> = Vec::new();
         let mut names_lists = !step.from.is_empty();
@@ -246,8 +246,7 @@ impl Composing<'_> {
         self.refuse(Class::CompositionConflict, message, "leave the line out, or name a list that it ends", &step.place);
     }
 
-    /// Refuses a line that names a condition but is never taken because it starts in lists that bring the verb to its end and leads back
-    /// to work.
+    /// Refuses a line that names a condition but is never taken because it starts in lists that end the verb and leads back to work.
     fn check_endings(&mut self, lines: &[(Rank, &Step, Vec<ListOf>)], augmented: &HashMap<(String, String), (Rank, usize)>) {
         let (work, ending) = self.work_and_ending();
         let mut never: Vec<(usize, String)> = Vec::new();
@@ -271,8 +270,8 @@ impl Composing<'_> {
         }
     }
 
-    /// Returns the lists reachable from the initial one while the verb is not ending, and the lists reachable by conditions that tell it
-    /// to end.
+    /// Returns the lists that can be reached from the initial one while the verb is not ending, and the lists that can be reached by
+    /// conditions that order it to end.
     fn work_and_ending(&self) -> (IndexSet<String>, IndexSet<String>) {
         let lines = || self.verb.transitions.iter().map(|line| (line, ENDS.contains(&line.condition.as_str())));
         let mut work: IndexSet<String> = self.verb.initial.iter().cloned().collect();
@@ -313,7 +312,7 @@ impl Composing<'_> {
     }
 }
 
-/// Returns `the transition ('approach', 'contact') → 'grasp'`.
+/// Describes a line for messages: `the transition ('approach', 'contact') → 'grasp'`.
 fn text(step: &Step) -> String {
     let condition = step.condition.as_ref().map_or("every normal end".to_owned(), |name| format!("'{name}'"));
     format!("the transition ('{}', {condition}) → '{}'", step.from.join("', '"), step.to)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The unions: blocks, objects, χ, cells, ψ, ω and relaxed modes of all parts.
+//! Unions of the blocks, objects, χ, cells, ψ, ω and relaxed modes of all parts.
 use super::Composing;
 use super::form::{Differ, form};
 use super::part::{PartOf, is_within};
@@ -9,7 +9,7 @@ use crate::quantity::units_agree;
 use crate::refusal::Class;
 use std::collections::HashMap;
 
-/// Kind of item that a name denotes in a composed verb's calls.
+/// Kind of item that a name denotes in calls of a composed verb.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Sort {
     Object,
@@ -27,7 +27,7 @@ impl Sort {
     }
 }
 
-/// United names with their properties and the part in which each was seen first.
+/// Names that have been united, with their properties and the part in which each occurred first.
 #[derive(Default)]
 struct SeenNames {
     sorts: HashMap<String, (Sort, usize)>,
@@ -51,7 +51,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Unites the requirements: everything that a part requires must hold when the whole verb starts.
+    /// Unites the requirements: all requirements of a part must be met when the whole verb starts.
     fn unite_requirements(&mut self, part: usize) {
         let of = &self.parts[part];
         for (member, requirement) in &of.verb.requires {
@@ -81,7 +81,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Returns `rename one: rename={'grasp.speed': 'grasp_speed'}`.
+    /// Returns the remedy for a name that occurs in two parts and cannot be merged: `rename one: rename={'grasp.speed': 'grasp_speed'}`.
     pub fn rename_remedy(&self, part: usize, name: &str) -> String {
         let name = name.split('.').next().unwrap_or(name);
         let of = &self.parts[part];
@@ -192,7 +192,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Unites two inputs of the same name. They must have one type and unit; the default is kept if both have the same.
+    /// Unites two inputs with the same name. They must have the same type and unit; the default is kept if it is the same in both.
     fn unite_input(&mut self, (first, second): (usize, usize), name: &str, known: InputParameter, input: InputParameter) {
         let ports_of = |part: usize| {
             let of = &self.parts[part];

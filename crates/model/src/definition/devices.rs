@@ -7,7 +7,7 @@ use crate::value::Value;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-/// Arbitration of a start that needs an item of a logical device that another verb holds.
+/// Treatment of a start that needs an item of a logical device that another verb holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -15,14 +15,14 @@ pub enum Arbitration {
     /// The start is refused; the refusal names the holder.
     #[default]
     Refuse,
-    /// The start waits until the items it needs are free; starts are served in order.
+    /// The start waits until the items that it needs are free; starts are served in order.
     Queue,
     /// The holder is aborted, and the start follows.
     Abort,
 }
 
 /// Range of a member of a device type, or of an SVV. JSON: `"(0, inf)"`, or two bounds, each a number or the name of a parameter of the
-/// device, `["position_min", "position_max"]`, `["-max_effort", "max_effort"]`.
+/// device, for example `["position_min", "position_max"]` or `["-max_effort", "max_effort"]`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
@@ -50,16 +50,16 @@ pub struct SvvSpecification {
     pub unit: String,
     #[serde(default)]
     pub initial: Option<Initial>,
-    /// Number of earlier values kept for Python.
+    /// Number of previous values kept for Python.
     #[serde(default)]
     pub history: u32,
     /// Values that the PS may store.
     #[serde(default)]
     pub within: Option<Within>,
-    /// True if the PS keeps the value over a warm restart.
+    /// True if the PS keeps the value across a warm restart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub keep: Option<bool>,
-    /// Name of the system's SVV that all devices of the type share instead of having their own.
+    /// Name of the system's SVV that all devices of the type share, in place of an SVV of their own.
     #[serde(default)]
     pub shared: Option<String>,
 }
@@ -75,19 +75,19 @@ pub struct DeviceParameter {
     /// Values that the parameter may have.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<Within>,
-    /// True if the PS keeps the value over a warm restart; absent: true for a tunable parameter.
+    /// True if the PS keeps the value across a warm restart; if absent, true for a tunable parameter.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub keep: Option<bool>,
 }
 
-/// A logical device type: an optional verb, SVVs, parameters.
+/// A logical device type: an optional verb, SVVs, and parameters.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceType {
     pub name: String,
     #[serde(default)]
     pub doc: String,
-    /// Name of the verb that operates the device; members match its parameters by name.
+    /// Name of the verb that operates the device; its parameters are matched to the members by name.
     #[serde(default)]
     pub verb: Option<String>,
     #[serde(default)]
@@ -107,7 +107,7 @@ pub struct DeviceType {
 pub enum Argument {
     /// An SVV by name.
     Svv(String),
-    /// One SVV for each element of an array port.
+    /// One SVV per element of an array port.
     Svvs(Vec<String>),
     /// A channel of a physical device.
     Channel {
@@ -130,18 +130,18 @@ pub enum Argument {
 pub struct Application {
     /// Name of a verb defined in the system.
     pub verb: String,
-    /// Name of the instance; absent: `verb#n`.
+    /// Name of the instance; if absent, `verb#n`.
     #[serde(default)]
     pub name: Option<String>,
     #[serde(default)]
     pub arguments: IndexMap<String, Argument>,
-    /// Pattern over flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first match wins.
+    /// Pattern for flat block labels (`planner`, `pid.*`, `*`) → source (`rtp0.fast`); the first match wins.
     #[serde(default)]
     pub placement: IndexMap<String, String>,
-    /// Intervals changed at application: label → ns.
+    /// Intervals changed by the application: label → ns.
     #[serde(default)]
     pub every: IndexMap<String, u64>,
-    /// Values of a start, if they are to be checked too.
+    /// Values of a start, if they are also to be checked.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub values: IndexMap<String, Value>,
     /// Logical device whose own verb this is.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Short forms in which people write definitions. Each is read as the long form of [`crate::definition`]; none is ever serialised.
+//! Short forms in which people write definitions. Each is parsed into the long form of [`crate::definition`]; none is ever serialised.
 //!
-//! Fields of definitions name these functions in `deserialize_with`, and these types for their schema.
+//! Fields of definitions refer to these functions in `deserialize_with`, and to these types for their schema.
 use crate::definition::{BlockSource, BlockUse, Command, CommandList, InputParameter, Object, Requirement, Termination};
 use crate::quantity;
 use crate::refusal::Class;
@@ -38,16 +38,16 @@ pub(crate) fn perhaps_several<'de, D: Deserializer<'de>>(deserializer: D) -> Res
     Ok(Option::<Names>::deserialize(deserializer)?.map(Vec::from))
 }
 
-/// Sets of names by name: ρ, χ.
+/// Sets of names, by the name of the set: ρ, χ.
 pub(crate) type Sets = IndexMap<String, Names>;
 
 pub(crate) fn sets<'de, D: Deserializer<'de>>(deserializer: D) -> Result<IndexMap<String, Vec<String>>, D::Error> {
     Ok(Sets::deserialize(deserializer)?.into_iter().map(|(name, names)| (name, names.into())).collect())
 }
 
-/// A type that can be written in short as one or several texts.
+/// A type whose short form consists of one or several strings.
 pub(crate) trait Short: DeserializeOwned {
-    /// True if several texts may be written for a value.
+    /// True if the short form may consist of several strings.
     const SEVERAL: bool;
     fn of(names: Vec<String>) -> Result<Self, String>;
 }
@@ -145,7 +145,7 @@ impl Short for Termination {
     }
 }
 
-/// `raises` mark of a condition: a bool, or the name of the exception class, which only the programming system resolves.
+/// `raises` mark of a condition: a Boolean, or the name of the exception class, which only the programming system resolves.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
@@ -272,7 +272,7 @@ pub(crate) fn commands<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec
     written.into_iter().map(|command| Command::try_from(command).map_err(D::Error::custom)).collect()
 }
 
-/// A command list, or just its commands.
+/// A command list, or only its commands.
 #[derive(Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(transparent)]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Conversion between values and bytes.
+//! Conversion of values to bytes and back.
 use super::{Scalar, Type};
 use crate::quantity;
 use crate::refusal::{Class, Refusal};
@@ -7,11 +7,10 @@ use crate::value::Value;
 use indexmap::IndexMap;
 
 impl Type {
-    /// Returns the bytes of `value`: a number in `unit`, a quantity (`"20 ms"`), a list for an array, or a record for a struct.
+    /// Encodes `value` as bytes: a number in `unit`, a quantity (`"20 ms"`), a list for an array, or a record for a struct.
     ///
     /// # Errors
-    /// `ValueRefused` if the form or the length of a list is wrong, a number is out of range, an integer has a fraction, or a
-    /// member is missing or unknown. `UnitMismatch` if a quantity has another dimension.
+    /// `ValueRefused` if the structure or the length of a list is wrong, a number is out of range, an integer has a fractional part, or a member is missing or unknown. `UnitMismatch` if a quantity has the wrong dimension.
     pub fn encode(&self, value: &Value, unit: &str) -> Result<Vec<u8>, Refusal> {
         let mut bytes = vec![0; self.size()];
         self.encode_into(value, unit, &mut bytes)?;
@@ -21,7 +20,7 @@ impl Type {
     /// Decodes a value from the start of `bytes`.
     ///
     /// # Panics
-    /// If there are fewer bytes than [`Type::size`].
+    /// Panics if there are fewer bytes than [`Type::size`].
     pub fn decode(&self, bytes: &[u8]) -> Value {
         match self {
             Type::Scalar(scalar) => scalar.decode(bytes),

@@ -13,15 +13,15 @@ impl Type {
     /// Parses a C type: `double`, `double[6]`, `double[3][2]`, `struct { double x; double q[4]; }`, or a name in `types`.
     ///
     /// # Errors
-    /// `DefinitionError` that names the word that is not understood and suggests a correction.
+    /// `DefinitionError` that names the unknown word and suggests a correction.
     pub fn parse(text: &str, types: &IndexMap<String, String>) -> Result<Type, Refusal> {
         Type::parse_sized(text, types, None)
     }
 
-    /// Parses as [`Type::parse`] does; a name within brackets (`double[n]`) means `size` elements.
+    /// Parses as [`Type::parse`] does; a name within brackets (`double[n]`) stands for `size` elements.
     ///
     /// # Errors
-    /// As [`Type::parse`]; also if a name is within brackets and `size` is `None`.
+    /// Fails as [`Type::parse`] does, and if a name is within brackets and `size` is `None`.
     pub fn parse_sized(text: &str, types: &IndexMap<String, String>, size: Option<u32>) -> Result<Type, Refusal> {
         let mut reader = Reader { text, tokens: tokens(text), at: 0, types, size, depth: 0 };
         let base = reader.base()?;
@@ -185,7 +185,7 @@ impl<'a> Reader<'a> {
         self.bounded(Type::Struct(members))
     }
 
-    /// Parses `[3][2]` after a type or a member's name: 3 elements of 2 elements each, as in C.
+    /// Parses dimensions such as `[3][2]` after a type or a member's name: 3 elements of 2 elements each, as in C.
     fn dimensions(&mut self, base: Type) -> Result<Type, Refusal> {
         let mut counts = Vec::new();
         while self.peek() == "[" {

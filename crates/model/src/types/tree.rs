@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Types as trees with their layouts, for programming systems, which read and write their bytes.
+//! Types as trees with their layouts, for programming systems that read and write the bytes of values.
 use super::Type;
 use serde::Serialize;
 
@@ -22,7 +22,7 @@ pub struct TypeTree {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
 pub enum TypeForm {
-    /// Name of the scalar in C: `double`, `int32_t`, `bool`.
+    /// C name of the scalar: `double`, `int32_t`, `bool`.
     Scalar(String),
     /// Type and number of the elements.
     Array(Box<TypeTree>, usize),

@@ -1,25 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of a workspace on its own, independent of any system.
+//! Checks of a workspace that do not depend on a system.
 use super::{Button, PanelKind, Region, ShownValue, Workspace};
 use crate::refusal::{Class, Refusal, Refusals};
 use std::collections::HashSet;
 
-/// Maximum number of panels of a workspace.
+/// Maximum number of panels in a workspace.
 pub const PANELS_MAX: usize = 64;
-/// Maximum number of plots of a workspace; each is a subscription of its page.
+/// Maximum number of plots in a workspace; its page has one subscription for each.
 pub const PLOTS_MAX: usize = 16;
-/// Maximum nesting of rows and columns.
+/// Maximum nesting depth of rows and columns.
 pub const DEPTH_MAX: usize = 8;
-/// Maximum number of names of a plot, and of values of a table.
+/// Maximum number of names in a plot, and of values in a table.
 pub const NAMES_MAX: usize = 64;
-/// Maximum number of buttons of a panel.
+/// Maximum number of buttons in a panel.
 pub const BUTTONS_MAX: usize = 32;
 /// Maximum time span of a plot, s.
 pub const SECONDS_MAX: f64 = 600.0;
-/// Maximum number of characters of a name, title or label.
+/// Maximum number of characters in a name, title or label.
 const CHARACTERS_MAX: usize = 100;
 
-/// Returns all mistakes in the form of a workspace, each with its remedy.
+/// Returns all mistakes in the structure of a workspace, each with its remedy.
 pub fn check_workspace(of: &Workspace) -> Refusals {
     let mut check = Check { name: of.name.clone(), refusals: Vec::new(), panels: 0, plots: 0, labels: HashSet::new() };
     if of.name.trim().is_empty() || !is_line(&of.name) {

@@ -41,7 +41,7 @@ pub fn check(bytes: &[u8]) -> Result<Elf<'_>, ElfError> {
     Ok(file)
 }
 
-/// Returns the machine of a file, as in the name of a target, and whether its byte order is little-endian.
+/// Returns the machine of a file, as in the name of a target, and true if the file is little-endian.
 fn machine<H: FileHeader<Endian = Endianness>>(bytes: &[u8]) -> Result<(String, bool), ElfError> {
     let header = H::parse(bytes).map_err(|_| damaged("its header is damaged"))?;
     let order = header.endian().map_err(|_| damaged("its header is damaged"))?;
@@ -60,7 +60,7 @@ fn machine<H: FileHeader<Endian = Endianness>>(bytes: &[u8]) -> Result<(String, 
     Ok((name, order == Endianness::Little))
 }
 
-/// Parts of a 64-bit, little-endian file that the loader reads, all within the file.
+/// Parts of a 64-bit, little-endian file that the loader reads; all of them are within the file.
 pub struct Elf<'a> {
     pub(crate) bytes: &'a [u8],
     kind: u16,
@@ -69,7 +69,7 @@ pub struct Elf<'a> {
 }
 
 impl<'a> Elf<'a> {
-    /// Parses a file. Fails if a table, or an offset in it, leads out of the file.
+    /// Parses a file. Fails if a table, or an offset in it, points outside the file.
     fn read(bytes: &'a [u8]) -> Result<Elf<'a>, ElfError> {
         let short = |_| damaged("it is truncated");
         let header = FileHeader64::<Little>::parse(bytes).map_err(short)?;
@@ -89,7 +89,7 @@ impl<'a> Elf<'a> {
         self.dynamic.iter().map(|entry| (entry.tag(Little), entry.val(Little))).take_while(|(tag, _)| *tag != 0)
     }
 
-    /// Returns the value of the last entry with this tag, which is the one that the loader uses.
+    /// Returns the value of the last entry with this tag, which is the one used by the loader.
     pub(crate) fn entry(&self, wanted: i64) -> Option<u64> {
         self.entries().filter(|(tag, _)| *tag == wanted).last().map(|(_, value)| value)
     }
@@ -104,7 +104,7 @@ impl<'a> Elf<'a> {
         self.loaded().filter(move |segment| segment.p_flags(Little) & right != 0)
     }
 
-    /// Returns the executable bytes.
+    /// Returns the executable bytes of the file.
     pub(crate) fn executable(&self) -> impl Iterator<Item = &'a [u8]> {
         self.loaded_with(PF_X).filter_map(|segment| segment.data(Little, self.bytes).ok())
     }
@@ -117,8 +117,8 @@ impl<'a> Elf<'a> {
         })
     }
 
-    /// Checks that the loader writes only into the module's own writable memory: a child may survive a wild write, which proves nothing
-    /// about this process.
+    /// Checks that the loader writes only into the module's own writable memory. A child may survive a wild write, so trying the module
+    /// there proves nothing about this process.
     fn check_relocations(&self) -> Result<(), ElfError> {
         let unread = || damaged("its relocations cannot be read");
         for (table, size) in [(DT_RELA, DT_RELASZ), (DT_JMPREL, DT_PLTRELSZ)] {

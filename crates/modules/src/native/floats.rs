@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Test whether a module can change floating-point control words: it imports a function that does, needs an unknown library, or contains
-//! an instruction for it. A false positive runs a little slower; a false negative is found at the end of a firing.
+//! Test whether a module can change floating-point control words: it imports a function that changes them, needs an unknown library, or
+//! contains an instruction that changes them. In case of a false positive, the module runs a little slower; a false negative is found at
+//! the end of a firing.
 use super::elf::Elf;
 use object::elf::{DT_NEEDED, DT_STRTAB};
 
@@ -22,7 +23,7 @@ const FUNCTIONS: [&str; 14] = [
     "dlvsym",
 ];
 
-/// Libraries that change them only during a call, except for the functions above.
+/// Libraries that change the words only for the duration of a call, except through the functions above.
 const LIBRARIES: [&str; 9] = ["libc.so", "libm.so", "libgcc_s.so", "libstdc++.so", "libpthread.so", "libdl.so", "librt.so", "ld-linux-", "libatomic.so"];
 
 /// Returns true if the shared object must be watched.
@@ -35,7 +36,7 @@ fn names_a_function(bytes: &[u8]) -> bool {
     bytes.split(|&byte| byte == 0).any(|text| text.len() < 16 && FUNCTIONS.iter().any(|name| name.as_bytes() == text))
 }
 
-/// Returns true if the file needs a library not listed above; `None` if the tables lead out of the file.
+/// Returns true if the file needs a library that is not listed above; `None` if the tables point outside the file.
 fn needs_another_library(file: &Elf<'_>) -> Option<bool> {
     let strings = file.at(file.entry(DT_STRTAB)?)?;
     for (_, name) in file.entries().filter(|(tag, _)| *tag == DT_NEEDED) {
@@ -47,7 +48,7 @@ fn needs_another_library(file: &Elf<'_>) -> Option<bool> {
     Some(false)
 }
 
-/// Returns true if one of the instructions changes control words, or leaves MMX registers in use.
+/// Returns true if an instruction changes control words, or leaves MMX registers in use.
 #[cfg(target_arch = "x86_64")]
 fn changes(code: &[u8]) -> bool {
     let mut at = 0;

@@ -42,7 +42,7 @@ pub(crate) fn load_bytes(path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> 
     Ok(LoadedModule { name, path: here(), blocks, types, target, compiler, changed_floats, bytes: bytes.into() })
 }
 
-/// Returns a permanent copy of a descriptor with the loader's marks.
+/// Returns a permanent copy of a descriptor with the loader's flags.
 fn marked(descriptor: &'static Descriptor, marks: u32) -> &'static Descriptor {
     Box::leak(Box::new(Descriptor { reserved: marks, ..*descriptor }))
 }
@@ -64,7 +64,7 @@ fn judge(path: &Path, finding: Finding, options: &LoadOptions) -> Result<(), Loa
     })
 }
 
-/// Loads the copy that a child has survived loading.
+/// Loads the copy that a child process has loaded without crashing.
 fn open(path: &Path, copy: &Path) -> Result<ModuleFace, LoadError> {
     let here = || path.to_path_buf();
     // SAFETY: a child process has just loaded these bytes, run their initialisation and walked their tables.

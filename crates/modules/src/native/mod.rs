@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Shared objects made of C, C++ or Rust. A file is never trusted: its header is read here, a sacrificial child process loads a private
-//! copy and walks its tables, and only then is the same copy loaded here. A module is never unloaded, so descriptors are `'static`.
+//! Shared objects compiled from C, C++ or Rust. A file is never trusted: its header is read here, a sacrificial child process loads a
+//! private copy and walks its tables, and only then is the same copy loaded here. A module is never unloaded, so descriptors are
+//! `'static`.
 #[doc(hidden)]
 pub mod elf;
 mod floats;
@@ -20,7 +21,7 @@ use std::path::Path;
 /// Backend for shared objects.
 pub(crate) struct SharedObjects;
 
-/// First bytes of a file of each kind.
+/// Magic numbers of the known file formats.
 const ELF: &[u8] = b"\x7fELF";
 
 impl Backend for SharedObjects {

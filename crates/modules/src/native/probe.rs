@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sacrificial child that loads a module and walks its tables, so that a bad file crashes the child instead of us.
+//! Sacrificial child that loads a module and walks its tables, so that a bad file crashes the child instead of this process.
 
 use std::ffi::{OsStr, OsString};
 use std::io::Read;
@@ -18,12 +18,12 @@ pub const PYTHON_PROBE: &str = include_str!("probe.py");
 #[derive(Clone, Debug)]
 pub struct Probe {
     pub command: Vec<OsString>,
-    /// Time limit of the child.
+    /// Time limit for the child.
     pub limit: Duration,
 }
 
 impl Default for Probe {
-    /// Returns `opengpac-probe` beside this program, else the Python probe with `python3`; 10 s.
+    /// Returns `opengpac-probe` if it is next to this program, otherwise the Python probe with `python3`; the limit is 10 s.
     fn default() -> Probe {
         let beside = std::env::current_exe().ok().map(|program| program.with_file_name("opengpac-probe")).filter(|program| program.is_file());
         match beside {
@@ -33,7 +33,7 @@ impl Default for Probe {
     }
 }
 
-/// Finding of the child.
+/// Result of the child.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Finding {
     Sound,
@@ -42,17 +42,17 @@ pub enum Finding {
     Refused(String),
     Crashed(i32),
     TimedOut,
-    /// The child could not do its work.
+    /// The child could not be used, for the given reason.
     Unusable(String),
 }
 
 impl Probe {
-    /// Makes a probe with this command and 10 s.
+    /// Creates a probe with this command and a limit of 10 s.
     pub fn of(command: impl IntoIterator<Item = OsString>) -> Probe {
         Probe { command: command.into_iter().collect(), limit: Duration::from_secs(10) }
     }
 
-    /// Lets a child load the file. Blocks until it has finished, at most for the limit.
+    /// Loads the file in a child. Blocks until the child has finished, at most until the time limit.
     pub fn run(&self, file: &Path) -> Finding {
         let Some((program, arguments)) = self.command.split_first() else { return Finding::Unusable("the probe has no command".to_string()) };
         let mut command = Command::new(program);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Seal of a module that we built: a checksum after the end of the shared object, which loaders ignore. It reveals any damage before a
-//! byte of the file is executed. Modules built by others have none, and are only tried in a child.
+//! Seal of a module that was built here: a checksum after the end of the shared object, which loaders ignore. It reveals any damage
+//! before a byte of the file is executed. Modules built elsewhere have no seal, and are only tried in a child.
 
 const MARK: &[u8] = b"\nopengpac-seal:";
 const DIGITS: usize = 16;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Decoder of x86-64 instructions, limited to their length and whether they change floating-point state. Compiled code is decoded one
-//! instruction after the other, so that bytes of an address or a constant are not mistaken for one. Invalid bytes count as instructions
-//! of one byte.
+//! Decoder of x86-64 instructions, limited to their length and to their effect on floating-point state. Compiled code is decoded
+//! instruction by instruction, so that bytes of an address or a constant are not mistaken for an instruction. An invalid byte counts as
+//! an instruction of one byte.
 
 /// Instruction at an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Generates the C code of a policy's block: from ports to the network's inputs and back.
+//! Generates the C code of a policy's block, which copies ports to the network's inputs and its outputs back to ports.
 use super::items::{Items, identifier, numbers, quoted};
 use super::meaning::{Meaning, Term};
 use super::network::Network;
@@ -52,10 +52,10 @@ struct Block<'a> {
     meaning: &'a Meaning,
     network: &'a Network,
     items: Items,
-    /// Text before the block: functions, constants.
+    /// Code before the block: functions, constants.
     text: String,
     body: String,
-    /// Number of elements of the ports so far.
+    /// Number of elements of all ports so far.
     elements: usize,
 }
 
@@ -64,7 +64,7 @@ impl<'a> Block<'a> {
         Block { meaning, network, items: Items::default(), text: String::new(), body: String::new(), elements: 0 }
     }
 
-    /// Writes the network as functions, one for each instruction set, and returns the code that calls them.
+    /// Generates the network as functions, one for each instruction set, and returns the code that calls them.
     fn functions(&mut self) -> Result<String, String> {
         let sides = [("const float *", "in", self.network.inputs.len()), ("float *", "out", self.network.outputs.len())];
         let list = |typed: bool| {
@@ -86,7 +86,7 @@ impl<'a> Block<'a> {
         Ok(arguments)
     }
 
-    /// Writes the check of the rate.
+    /// Generates the check of the rate.
     fn before(&mut self) {
         line!(self.body, "    int64_t beyond = -1;");
         let Some(period) = self.meaning.period_ns else { return };
@@ -96,7 +96,7 @@ impl<'a> Block<'a> {
         line!(self.body, "        if (rest > {period} / 20 && {period} - rest > {period} / 20) return FAULT(2);\n    }}");
     }
 
-    /// Writes the code that fills an input of the network.
+    /// Generates the code that fills an input of the network.
     fn input(&mut self, at: usize, input: &str, len: usize) -> Result<(), String> {
         line!(self.body, "    float in{at}[{}] __attribute__((aligned(32)));", len.max(1));
         if let Some(output) = self.meaning.states.get(input) {
@@ -118,7 +118,7 @@ impl<'a> Block<'a> {
         Ok(())
     }
 
-    /// Writes the code that copies a port to an input, with its history if it has one.
+    /// Generates the code that copies a port to an input, with its history if it has one.
     fn enter(&mut self, term: &Term, place: &str) -> Result<(), String> {
         let word = if term.mode == "synchronous" { "in" } else { "in_async" };
         self.items.port(term, word, "input")?;
@@ -145,7 +145,7 @@ impl<'a> Block<'a> {
         Ok(())
     }
 
-    /// Writes the conversion from the unit of the port to the network's numbers, or back.
+    /// Generates the conversion from the unit of the port to the network's numbers, or back.
     fn scaled(&mut self, term: &Term, into: bool) -> String {
         let port = &term.port;
         let text = &mut self.text;
@@ -163,7 +163,7 @@ impl<'a> Block<'a> {
         steps.into_iter().flatten().collect::<Vec<_>>().join(" ")
     }
 
-    /// Writes the code that copies an output of the network to ports, and to the states for the next invocation.
+    /// Generates the code that copies an output of the network to ports, and to the states for the next invocation.
     fn output(&mut self, at: usize, output: &str, len: usize) {
         let (meaning, mut start) = (self.meaning, 0);
         for term in meaning.outputs.get(output).into_iter().flatten() {
@@ -182,7 +182,7 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// Writes the conditions, and the time for the next check of the rate.
+    /// Generates the conditions, and the time of the next check of the rate.
     fn behind(&mut self) {
         self.items.whole("state", "opengpac_last", "0, ", "time of the invocation before");
         line!(self.body, "    (void)beyond;\n    self->opengpac_last = invocation->now_ns == 0 ? -1 : invocation->now_ns;");

@@ -60,7 +60,7 @@ pub(super) fn quoted(text: &str) -> String {
     format!("\"{letters}\"")
 }
 
-/// Checks that a name of a port or block is a valid C identifier.
+/// Checks that the name of a port or block is a valid C identifier.
 ///
 /// # Errors
 /// Fails if it contains other characters, or is a keyword of C or of a block's declaration.

@@ -19,12 +19,12 @@ pub struct Meaning {
     pub age_max_ns: Option<i64>,
     pub inputs: BTreeMap<String, Vec<Term>>,
     pub outputs: BTreeMap<String, Vec<Term>>,
-    /// Input of the network → the output that feeds it in the next invocation.
+    /// For each input that carries state, the output that feeds it in the next invocation.
     pub states: BTreeMap<String, String>,
     pub shapes: BTreeMap<String, Vec<i64>>,
 }
 
-/// Elements of a network's input or output that form one port of the block.
+/// Elements of an input or output of the network that form one port of the block.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Term {
@@ -32,29 +32,29 @@ pub struct Term {
     pub size: usize,
     pub unit: String,
     pub doc: String,
-    /// The trainer's name for it; defaults to the port's.
+    /// Trainer's name for the term; defaults to the name of the port.
     pub observation: String,
-    /// Names of the elements, in order: joints.
+    /// Names of the elements, such as joints, in order.
     pub names: Vec<String>,
     pub scale: Option<Vec<f64>>,
     pub offset: Option<Vec<f64>>,
-    /// Minimum and maximum value, without the offset for an input.
+    /// Minimum and maximum value; for an input, they apply after the offset has been subtracted.
     pub clip: Option<[Vec<f64>; 2]>,
     /// Range of the values with which the network was trained.
     pub within: Option<[Vec<f64>; 2]>,
     pub history: usize,
-    /// Not a port: this output of the network at the previous invocation.
+    /// For a term that is not a port: the output of the network whose value at the previous invocation it takes.
     pub previous: String,
     pub mode: String,
 }
 
 impl Term {
-    /// Returns the number of elements of the network that it occupies.
+    /// Returns the number of elements of the network that the term occupies.
     pub fn width(&self) -> usize {
         self.size * self.history.max(1)
     }
 
-    /// Returns the trainer's name for it.
+    /// Returns the trainer's name for the term.
     pub fn trained_as(&self) -> &str {
         match (self.observation.as_str(), self.port.as_str()) {
             ("", "") => &self.previous,
@@ -65,12 +65,12 @@ impl Term {
 }
 
 impl Meaning {
-    /// Reads the declaration; without one, each input and output is a port of plain numbers.
+    /// Reads the declaration; without one, each input and output becomes a port of numbers without units.
     pub fn read(metadata: &BTreeMap<String, String>) -> Result<Meaning, String> {
         metadata.get(KEY).map_or_else(|| Ok(Meaning::default()), |text| serde_json::from_str(text).map_err(|why| format!("its declaration is damaged: {why}")))
     }
 
-    /// Fills in omitted values, and checks the shapes.
+    /// Fills in omitted values and checks the shapes.
     pub fn complete(&mut self, network: &Network) -> Result<(), String> {
         for (input, output) in &self.states {
             let (from, to) = (shape(&network.inputs, input, "input")?, shape(&network.outputs, output, "output")?);
@@ -148,7 +148,7 @@ fn check(name: &str, terms: &[Term], shape: &[usize], side: &str) -> Result<(), 
     Ok(())
 }
 
-/// Returns the name of a port for an undeclared input or output: its own, in letters, digits and _.
+/// Returns the port name for an undeclared input or output: its own name, reduced to letters, digits and _.
 pub(super) fn port_name(name: &str, side: &str) -> String {
     let letters: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     match letters.trim_matches('_') {

@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Metadata that trainers write into a file, used if the declaration omits a value and compared if it does not.
+//! Metadata that trainers write into a file. It is used if the declaration omits a value, and compared with the value otherwise.
 //!
-//! mjlab and the exporters of whole-body tracking for Isaac Lab write lists separated by commas: `joint_names`, `default_joint_pos`,
-//! `action_scale`, `observation_names`, `observation_history_lengths`, numbers with three decimals. `period`, `observation_units` and
-//! `action_units` are ours, for exporters that support them.
+//! mjlab and the exporters of whole-body tracking for Isaac Lab write comma-separated lists: `joint_names`, `default_joint_pos`,
+//! `action_scale`, `observation_names`, `observation_history_lengths`, with numbers rounded to three decimals. `period`,
+//! `observation_units` and `action_units` are additions of this project, for exporters that support them.
 use super::meaning::{Meaning, Term};
 use std::collections::BTreeMap;
 
 type Metadata = BTreeMap<String, String>;
 
-/// Half of the last decimal that exporters write.
+/// Half of the last decimal that exporters write, with a margin.
 const ROUNDING: f64 = 5.1e-4;
 
-/// Compares the declaration with the file, and fills in omitted values.
+/// Compares the declaration with the file's metadata, and fills in omitted values.
 ///
 /// # Errors
-/// Fails if they differ; the message contains both.
+/// Fails if they differ; the message contains both values.
 pub fn compare(meaning: &mut Meaning, file: &Metadata) -> Result<(), String> {
     if let Some(period) = file.get("period") {
         let seconds: f64 = period.trim().parse().map_err(|_| format!("metadata 'period' is '{period}', not a number of seconds"))?;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Learned policies: an ONNX file of fixed shapes is translated into C code, which is built like any other source. Weights are constants,
-//! scratch is on the stack within a limit, and no neural-network library is needed at run time.
+//! Learned policies: an ONNX file with fixed shapes is translated into C code, which is built like any other source. Weights are
+//! constants, scratch memory is on the stack and limited in size, and no neural-network library is needed at run time.
 mod block;
 mod items;
 mod meaning;
@@ -32,12 +32,12 @@ impl Backend for Policies {
         true
     }
 
-    /// Returns false, because protobuf messages have no magic number; the file's name tells.
+    /// Returns false, because protobuf messages have no magic number; the kind is determined by the file's name.
     fn probe(&self, _bytes: &[u8]) -> bool {
         false
     }
 
-    /// Loads a network, first including weights from files beside it.
+    /// Loads a network, after including weights that are in separate files in its folder.
     fn load(&self, path: &Path, options: &LoadOptions) -> Result<LoadedModule, LoadError> {
         let bytes = std::fs::read(path).map_err(|error| LoadError::Unreadable { path: path.to_path_buf(), what: error.to_string() })?;
         let whole = whole(&bytes, path).map_err(|what| LoadError::Network { path: path.to_path_buf(), what })?;
@@ -57,10 +57,11 @@ impl Backend for Policies {
     }
 }
 
-/// Returns the file of a network with its weights included, if some are in files beside `path`; `None` if it is already complete.
+/// Returns the file of a network with its weights included, if some are in separate files in the folder of `path`; `None` if it is
+/// already complete.
 ///
 /// # Errors
-/// Fails if the bytes are not an ONNX model, or a file with weights is missing or too short.
+/// Fails if the bytes are not an ONNX model, or a weight file is missing or too short.
 pub fn whole(bytes: &[u8], path: &Path) -> Result<Option<Vec<u8>>, String> {
     let (mut model, _) = network::decode(bytes)?;
     let taken = tensors::take_in(&mut model, path.parent().unwrap_or(Path::new(".")))?;
@@ -70,7 +71,7 @@ pub fn whole(bytes: &[u8], path: &Path) -> Result<Option<Vec<u8>>, String> {
 /// Returns the C source of a policy's block.
 ///
 /// # Errors
-/// Describes the fault of the file or its declaration, with the node's name and the remedy.
+/// Fails if the file or its declaration has a fault; the message contains the node's name and the remedy.
 fn translate(path: &Path, bytes: &[u8]) -> Result<String, String> {
     let (model, file) = network::decode(bytes)?;
     let mut meaning = Meaning::read(&file)?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reads an ONNX file and translates its nodes one after the other.
+//! Reads an ONNX file and translates its nodes one by one.
 use super::operators::translate;
 use super::program::Program;
 use super::proto::{self, Dimension, Graph, Model, Node, ValueInfo};
@@ -10,12 +10,12 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 /// Supported versions of the operator set.
 const OPSETS: std::ops::RangeInclusive<i64> = 7..=28;
 
-/// A network with its translated steps.
+/// A network with the steps into which it was translated.
 pub struct Network {
     pub inputs: Vec<(String, Vec<usize>)>,
     pub outputs: Vec<(String, Vec<usize>)>,
     pub program: Program,
-    /// Sentences about dimensions that the file leaves open and that were assumed to be 1.
+    /// Sentences about dimensions that the file leaves unspecified and that were assumed to be 1.
     pub assumed: Vec<String>,
 }
 
@@ -29,10 +29,10 @@ pub fn decode(bytes: &[u8]) -> Result<(Model, BTreeMap<String, String>), String>
     Ok((model, metadata))
 }
 
-/// Translates a model. `shapes` are set by the user for inputs whose shape the file leaves open.
+/// Translates a model. `shapes` are set by the user for inputs whose shape the file leaves unspecified.
 ///
 /// # Errors
-/// Names the unsupported feature, with the node's name and the remedy.
+/// Fails if a feature is not supported; the message contains the node's name and the remedy.
 pub fn read(model: &Model, shapes: &BTreeMap<String, Vec<i64>>) -> Result<Network, String> {
     let graph = model.graph.as_ref().ok_or("it has no graph: it is damaged, or not an ONNX file; export it again")?;
     let opset = model.opset_import.iter().find(|opset| matches!(opset.domain.as_str(), "" | "ai.onnx")).map(|opset| opset.version);

@@ -4,13 +4,13 @@ use super::value::{Content, Kind, Value};
 use std::fmt::Write;
 use std::rc::Rc;
 
-/// Lanes of the vectors that kernels use: buffers and constants are padded to a multiple.
+/// Lanes of the vectors that kernels use: buffers and constants are padded to a multiple of this number.
 pub const LANES: usize = 8;
 /// Number of steps in one C function.
 const STEPS_EACH: usize = 32;
-/// Maximum scratch of one invocation, which is on the stack of the processor's thread.
+/// Maximum size of the scratch memory of one invocation, which is on the stack of the processor's thread.
 const SCRATCH_BYTES_MAX: usize = 256 << 10;
-/// Maximum number of constants: larger networks do not fit in a firing, and take a compiler too long.
+/// Maximum number of constants: larger networks would not fit into a firing, and would take a compiler too long.
 const CONSTANTS_MAX: usize = 4 << 20;
 
 struct Buffer {
@@ -20,7 +20,7 @@ struct Buffer {
     last: usize,
 }
 
-/// Steps in order. `Program::value` makes buffers, and `step` adds the code that fills them.
+/// Steps, in order. `Program::value` creates buffers, and `step` adds the code that fills them.
 #[derive(Default)]
 pub struct Program {
     buffers: Vec<Buffer>,
@@ -30,18 +30,18 @@ pub struct Program {
 }
 
 impl Program {
-    /// Makes a new buffer of floats of this shape.
+    /// Creates a buffer of floats of this shape.
     pub fn value(&mut self, shape: &[usize]) -> Value {
         self.value_of(Kind::Float, shape)
     }
 
-    /// Makes a new buffer of this shape and kind of elements.
+    /// Creates a buffer with this shape and kind of elements.
     pub fn value_of(&mut self, kind: Kind, shape: &[usize]) -> Value {
         self.buffers.push(Buffer { len: shape.iter().product(), kind, first: usize::MAX, last: 0 });
         Value { shape: shape.to_vec(), content: Content::Buffer(self.buffers.len() - 1) }
     }
 
-    /// Returns the kind of a value's elements. Constant truth values are integers.
+    /// Returns the kind of a value's elements. Constant booleans are integers.
     pub fn kind(&self, value: &Value) -> Kind {
         match value.content {
             Content::Buffer(number) => self.buffers[number].kind,
@@ -55,7 +55,7 @@ impl Program {
         if matches!(value.content, Content::Buffer(_)) { self.kind(value) } else { Kind::Float }
     }
 
-    /// Returns the C name of a value's elements, which are floats in C. Constant integers become a constant.
+    /// Returns the C name of a value's elements, which are floats in C. Constant integers are converted into a constant of floats.
     pub fn name(&mut self, value: &Value) -> Result<String, String> {
         match &value.content {
             Content::Buffer(number) => Ok(format!("b{number}")),
@@ -97,8 +97,8 @@ impl Program {
         self.steps.push(text);
     }
 
-    /// Returns the offset of each buffer in the scratch, and its size: a buffer takes the first gap among the buffers alive at the same
-    /// time.
+    /// Returns the offset of each buffer in the scratch memory, and the size of that memory: each buffer is placed in the first gap among
+    /// the buffers that are alive at the same time.
     fn placed(&self) -> Result<(Vec<usize>, usize), String> {
         let mut offsets: Vec<usize> = Vec::new();
         let mut size = 0;
@@ -154,11 +154,11 @@ impl Program {
         Ok(text)
     }
 
-    /// Returns the C code of the function `network`. Its steps are in functions of `STEPS_EACH`, because a compiler takes more than twice
-    /// the time for one of twice the length.
+    /// Returns the C code of the function `network`. Its steps are split into functions of `STEPS_EACH`, because compilation time more
+    /// than doubles when the length of a function doubles.
     ///
     /// # Errors
-    /// Fails if it needs too much scratch.
+    /// Fails if it needs too much scratch memory.
     pub fn function(&self, parameters: &str, arguments: &str) -> Result<String, String> {
         let (offsets, size) = self.placed()?;
         let mut text = String::new();

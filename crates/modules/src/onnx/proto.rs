@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Parts of an ONNX file that are read, with the field numbers of onnx.proto3.
+//! The parts of an ONNX file that are read, with the field numbers of onnx.proto3.
 use prost::Message;
 
 #[derive(Clone, PartialEq, Message)]
@@ -139,7 +139,7 @@ pub struct Dimension {
 }
 
 impl Dimension {
-    /// Returns true if the file leaves the dimension open: by a symbol, by -1 or by omitting it.
+    /// Returns true if the file leaves the dimension unspecified: by a symbol, by -1 or by omitting it.
     pub fn is_open(&self) -> bool {
         !self.symbol.is_empty() || self.value <= 0
     }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Elements of a file's tensors, of all supported element types, inside the file or in one beside it.
+//! Elements of a file's tensors, of all supported element types, stored in the file itself or in a separate one.
 use super::proto::{self, Attribute, Model, Tensor};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::{Component, Path};
 
-/// Maximum total size of tensors outside the file, in bytes.
+/// Maximum total size of tensors stored in separate files, in bytes.
 const EXTERNAL_BYTES_MAX: u64 = 256 << 20;
 
 /// Returns the elements of a tensor of floats.
@@ -23,7 +23,7 @@ pub fn floats(tensor: &Tensor) -> Vec<f32> {
     }
 }
 
-/// Returns the elements of a tensor of integers or truth values.
+/// Returns the elements of a tensor of integers or booleans.
 pub fn ints(tensor: &Tensor) -> Vec<i64> {
     let raw = &tensor.raw_data[..];
     if raw.is_empty() {
@@ -65,7 +65,7 @@ fn half(bits: u16) -> f32 {
     }
 }
 
-/// Moves tensors stored in files beside the network into it. Returns false if there are none.
+/// Moves tensors stored in separate files into the model. Returns false if there are none.
 ///
 /// # Errors
 /// Fails if a file does not exist, is too short, or is outside `folder`.
@@ -82,7 +82,7 @@ pub fn take_in(model: &mut Model, folder: &Path) -> Result<bool, String> {
     Ok(any)
 }
 
-/// Returns the bytes of one tensor stored in a file below `folder`.
+/// Returns the bytes of a tensor that is stored in a file below `folder`.
 fn outside(tensor: &Tensor, folder: &Path, total: &mut u64) -> Result<Vec<u8>, String> {
     let entry = |key: &str| tensor.external_data.iter().find(|entry| entry.key == key).map(|entry| entry.value.as_str());
     let number =

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values of a network during translation: of fixed shape, either constants or buffers that a step fills.
+//! Values of a network during translation: they have a fixed shape, and are either constants or buffers that a step fills.
 use super::proto::{self, Tensor};
 use super::tensors;
 use std::rc::Rc;
 
-/// Maximum number of elements of one tensor: an invalid shape is refused before memory is allocated.
+/// Maximum number of elements of one tensor, so that an invalid shape is refused before memory is allocated.
 pub const ELEMENTS_MAX: usize = 1 << 24;
 
 #[derive(Clone, Debug)]
@@ -49,7 +49,7 @@ impl Value {
         Value { shape, content: self.content.clone() }
     }
 
-    /// Reads a tensor of the file. Floats of other widths are rounded to 32 bits; integers and truth values become integers.
+    /// Reads a tensor of the file. Floats of other widths are converted to 32 bits; integers and booleans become integers.
     pub fn of(tensor: &Tensor) -> Result<Value, String> {
         let shape = fixed(&tensor.dims)?;
         let count: usize = shape.iter().product();
@@ -79,7 +79,7 @@ impl Value {
     }
 }
 
-/// Kind of a value's elements. All are computed as 32-bit floats: integers beyond 2^24 are not exact.
+/// Kind of a value's elements. All kinds are computed as 32-bit floats: integers beyond 2^24 are not exact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Float,
@@ -99,7 +99,7 @@ impl Kind {
     }
 }
 
-/// Checks that every dimension is a number and the size is within the limit; returns the shape.
+/// Checks that every dimension is a number and that the size is within the limit; returns the shape.
 pub fn fixed(dims: &[i64]) -> Result<Vec<usize>, String> {
     let shape: Option<Vec<usize>> = dims.iter().map(|&d| usize::try_from(d).ok()).collect();
     let shape = shape.ok_or_else(|| format!("its shape {dims:?} is negative: the file is damaged"))?;
@@ -109,7 +109,7 @@ pub fn fixed(dims: &[i64]) -> Result<Vec<usize>, String> {
     }
 }
 
-/// Returns, for each dimension, the number of elements from one index to the next.
+/// Returns, for each dimension, the distance in elements between consecutive indices.
 pub fn strides(shape: &[usize]) -> Vec<usize> {
     let mut strides = vec![1; shape.len()];
     for i in (1..shape.len()).rev() {

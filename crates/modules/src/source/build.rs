@@ -12,7 +12,7 @@ use std::process::{Command, Stdio};
 /// Reason why a module could not be built.
 #[derive(Debug, thiserror::Error)]
 pub enum BuildError {
-    /// First error, at the line in the user's file.
+    /// First error, with its line in the user's file.
     #[error("{message}, at {}:{line}", file.display())]
     Failed { message: String, file: PathBuf, line: u32 },
     #[error("there is no source file '{}'", path.display())]
@@ -28,7 +28,7 @@ pub enum BuildError {
 /// Options of a build.
 #[derive(Clone, Debug, Default)]
 pub struct BuildOptions {
-    /// Path of the module; defaults to that of the first source, with the extension `.so`.
+    /// Path of the module; defaults to the path of the first source, with the extension `.so`.
     pub output: Option<PathBuf>,
     /// Additional folders for `#include`.
     pub include: Vec<PathBuf>,
@@ -36,8 +36,8 @@ pub struct BuildOptions {
     pub python: Option<OsString>,
 }
 
-/// Flags that make blocks bit-identical on every machine: no contraction, no reassociation. A missing `return` is an error, an undefined
-/// function one at link time; there is no lazy binding.
+/// Flags that make blocks bit-identical on every machine: no contraction, no reassociation. A missing `return` is an error, and an
+/// undefined function is an error at link time; there is no lazy binding.
 const COMPILE: [&str; 9] =
     ["-c", "-O2", "-fPIC", "-ffp-contract=off", "-fno-fast-math", "-fno-math-errno", "-fvisibility=hidden", "-fmax-errors=1", "-Werror=return-type"];
 const C_ONLY: [&str; 3] = ["-Werror=implicit-function-declaration", "-Werror=incompatible-pointer-types", "-Werror=int-conversion"];
@@ -58,7 +58,7 @@ pub fn write_header(folder: &Path) -> Result<PathBuf, BuildError> {
     Ok(path.0)
 }
 
-/// Returns the command that compiles C (or C++): `$CC` (`$CXX`), `cc`, `gcc`, `clang`, else the `ziglang` wheel of `python`.
+/// Returns the command that compiles C (or C++): `$CC` (`$CXX`), `cc`, `gcc`, `clang`, or otherwise the `ziglang` wheel of `python`.
 ///
 /// # Errors
 /// Fails if none of them exists.
@@ -79,10 +79,10 @@ pub fn compiler(cxx: bool, python: Option<&OsString>) -> Result<Vec<OsString>, B
     candidates.into_iter().find(|command| runs(command)).ok_or_else(|| BuildError::NoCompiler { tried: format!("${variable}, {}, ziglang", names.join(", ")) })
 }
 
-/// Builds one code module of C and C++ sources; returns its path.
+/// Builds one code module from C and C++ sources; returns its path.
 ///
 /// # Errors
-/// Returns the first error of the first faulty source, or the obstacle to building it.
+/// Fails with the first error of the first faulty source, or with the reason why it could not be built.
 pub fn build<P: AsRef<Path>>(sources: &[P], options: &BuildOptions) -> Result<PathBuf, BuildError> {
     build_told(sources, options).map(|(path, _)| path)
 }
@@ -92,7 +92,7 @@ pub(super) struct CompiledSource {
     pub path: PathBuf,
     pub source: Vec<u8>,
     pub object: Vec<u8>,
-    /// The compiler's list of the files that it read; those in `ours` are not the user's.
+    /// Files that the compiler read, as listed by the compiler; those in `ours` do not belong to the user.
     pub read: String,
     pub ours: PathBuf,
 }
@@ -131,7 +131,7 @@ pub(super) fn build_told<P: AsRef<Path>>(sources: &[P], options: &BuildOptions) 
     Ok((output, compiled))
 }
 
-/// Returns the command that compiles a source, without the output.
+/// Returns the command that compiles a source, without the output option.
 pub(super) fn compile(source: &Path, options: &BuildOptions, header: &Path) -> Result<Command, BuildError> {
     let mut command = start(&compiler(is_cxx(source), options.python.as_ref())?);
     command.args(COMPILE).args(if is_cxx(source) { &CXX_ONLY[..] } else { &C_ONLY[..] });

@@ -19,7 +19,7 @@ const MACROS: &str = "
     M_LN10 M_LN2 M_LOG10E M_LOG2E M_PI M_PI_2 M_PI_4 M_SQRT1_2 M_SQRT2
 ";
 
-/// Prefixes of the macros for floating-point types and of this project's header, then of those for limits of integers.
+/// Prefixes of the macros for floating-point types and of this project's header, followed by prefixes of the macros for integer limits.
 const BEGINNINGS: [&str; 6] = ["DBL_", "FLT_", "LDBL_", "OG_", "OPENGPAC", "opengpac"];
 const LIMITS: [&str; 19] = [
     "CHAR_",
@@ -46,12 +46,12 @@ const LIMITS: [&str; 19] = [
 /// Words of a block's declaration and body. Items may have these names, but a hand-written body cannot use them.
 const OF_BLOCKS: [&str; 3] = ["in", "out", "report"];
 
-/// Returns true if C, one of the headers that blocks include, or the declaration of a block has another meaning for a name.
+/// Returns true if a name has another meaning in C, in one of the headers that blocks include, or in the declaration of a block.
 pub fn is_word_of_c(name: &str) -> bool {
     OF_BLOCKS.contains(&name) || is_taken_in_c(name)
 }
 
-/// Returns true if C or one of the headers that blocks include has another meaning for a name.
+/// Returns true if a name has another meaning in C or in one of the headers that blocks include.
 pub(crate) fn is_taken_in_c(name: &str) -> bool {
     let is_limit = ["_MAX", "_MIN", "_BIT", "_WIDTH", "_LEN_MAX"].iter().any(|end| name.ends_with(end)) && LIMITS.iter().any(|begin| name.starts_with(begin));
     is_keyword(name) || is_macro(name) || is_limit || name.starts_with('_') || BEGINNINGS.iter().any(|begin| name.starts_with(begin))
@@ -62,7 +62,7 @@ pub(super) fn is_keyword(name: &str) -> bool {
     KEYWORDS.split_whitespace().any(|word| word == name)
 }
 
-/// Returns true if a name is a keyword of C++ and not of C.
+/// Returns true if a name is a keyword of C++ but not of C.
 pub(super) fn is_keyword_of_cxx(name: &str) -> bool {
     KEYWORDS_OF_CXX.split_whitespace().any(|word| word == name)
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! First error of a compiler, in plain words and at the user's line.
+//! First error reported by a compiler, in plain words and at the user's line.
 
 use super::languages::is_cxx;
 use super::names::{TakenName, taken_name};
@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 pub struct Diagnosis {
     pub message: String,
     pub file: PathBuf,
-    /// Line number; 0 if the compiler does not state one (the linker).
+    /// Line number; 0 if there is none (an error of the linker).
     pub line: u32,
 }
 
-/// Finds the first error that a compiler printed about `source`. Errors in declarations are reported in the header, behind macros; the
-/// position is then that of the macro call in the user's file, or of the item that the message quotes. If a name there is taken, the
-/// message says so.
+/// Finds the first error that a compiler reported for `source`. Errors in declarations are reported in the header, behind macros; the
+/// position is then that of the macro call in the user's file, or of the item that the message quotes. If the error is caused by a name
+/// that is taken, the message says so.
 pub fn first_error(text: &str, source: &Path, header: &Path) -> Diagnosis {
     let found = compiler_error(text, source, header);
     let declared = std::fs::read_to_string(&found.file).ok();
@@ -59,7 +59,7 @@ fn error_text(message: &str) -> Option<&str> {
     message.strip_prefix("error: ").or_else(|| message.strip_prefix("fatal error: "))
 }
 
-/// Returns the message without the compiler's remarks about itself.
+/// Returns the message without the text that the compiler adds around it, such as the name of a warning option.
 fn plain(message: &str) -> String {
     let text = match message.strip_prefix("static assertion failed due to requirement '") {
         Some(requirement) => requirement.split_once("': ").map_or(message, |(_, text)| text),
@@ -83,7 +83,7 @@ fn unescaped(literal: &str) -> String {
     text
 }
 
-/// Returns the line, from `from` on, of the first item that the message quotes: `'in(double, q[6], "…")' …`.
+/// Searches from line `from` on for the first item that the message quotes, `'in(double, q[6], "…")' …`; returns its line.
 fn item_line(message: &str, file: &str, from: u32) -> Option<u32> {
     let quoted = message.strip_prefix('\'')?;
     let bare = |text: &str| text.chars().filter(|c| !c.is_whitespace()).collect::<String>();
@@ -93,7 +93,7 @@ fn item_line(message: &str, file: &str, from: u32) -> Option<u32> {
     u32::try_from(found.0 + 1).ok()
 }
 
-/// Returns the symbol that the linker did not find, else the first line.
+/// Returns the symbol that the linker did not find; otherwise the first line.
 fn linker_error(text: &str) -> String {
     let missing = text.lines().find_map(|line| line.split_once("undefined reference to ").or_else(|| line.split_once("undefined symbol: ")));
     match missing {

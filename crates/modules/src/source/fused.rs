@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fused blocks: one entry for adjacent blocks in C, compiled from their sources. It is a bank entry of different blocks: for each it
-//! does what the block's own entry does, in the same order, except for inputs whose value an earlier block has just stored. These values
-//! are passed directly, so that the compiler keeps them in registers.
+//! Fused blocks: one entry for adjacent blocks in C, compiled from their sources. It is a bank entry for different blocks: for each
+//! block, it does the same as the block's own entry, in the same order, except for inputs whose value an earlier block has just stored.
+//! These values are passed directly, so that the compiler keeps them in registers.
 
 use super::build::{self, BuildError, BuildOptions};
 use super::text::{self, Text};
@@ -20,8 +20,8 @@ use std::sync::Arc;
 /// Maximum number of blocks in one entry.
 pub const FUSED_MAX: usize = 100;
 
-/// Maximum size of an instance; larger ones are run by their own entries because, as for banks, the call costs little compared with their
-/// work.
+/// Maximum size of an instance. Larger blocks are run by their own entries because, as for banks, the cost of a call is small compared
+/// with their work.
 const FUSED_SIZE_MAX: u32 = 1024;
 
 const SYMBOL: &str = "opengpac_fused";
@@ -30,14 +30,14 @@ const SYMBOL: &str = "opengpac_fused";
 #[derive(Clone, Debug)]
 pub struct Member {
     pub descriptor: &'static Descriptor,
-    /// Inputs that read an output which an earlier block stores completely, on each invocation.
+    /// Inputs that read an output that an earlier block stores completely, at each invocation.
     pub wires: Vec<Wire>,
 }
 
 /// An input of a block, and the output that it reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Wire {
-    /// Index of the item.
+    /// Index of the input item.
     pub input: usize,
     /// Index of the writing block in the fusion.
     pub from: usize,
@@ -68,7 +68,7 @@ pub struct NotFused(pub String);
 /// Checks that a block can be fused with others.
 ///
 /// # Errors
-/// Returns the reason if it cannot.
+/// Fails with the reason if it cannot.
 pub fn fit(descriptor: &Descriptor) -> Result<(), NotFused> {
     let why = |text: &str| Err(NotFused(text.to_string()));
     if descriptor.instance_size > FUSED_SIZE_MAX {
@@ -80,8 +80,8 @@ pub fn fit(descriptor: &Descriptor) -> Result<(), NotFused> {
     }
 }
 
-/// Makes the entry of these blocks, which runs all of them from the first, whatever the range passed. It is never unloaded, like code
-/// modules. Takes as long as a compiler does.
+/// Creates the entry of these blocks, which runs all of them from the first, whatever range is passed. Like code modules, it is never
+/// unloaded. Takes as long as a compiler run.
 ///
 /// # Errors
 /// Fails if an included file has changed, the sources are incompatible, or the compiler reports an error.
@@ -129,7 +129,7 @@ fn unchanged(texts: &[Arc<Text>]) -> Result<(), NotFused> {
     }
 }
 
-/// Folder for compiling: the original texts, each under its number.
+/// Folder in which the blocks are compiled; contains the original texts, each under its number.
 struct Room {
     folder: Folder,
     header: PathBuf,
@@ -147,7 +147,7 @@ impl Room {
         Ok(Room { folder, header })
     }
 
-    /// Returns the command that compiles one of its files, with the include paths of these texts.
+    /// Returns the command that compiles one file of this folder, with the include paths of these texts.
     fn compile(&self, source: &Path, texts: &[Arc<Text>]) -> Result<Command, BuildError> {
         let include = texts.iter().flat_map(|text| text.options.include.clone()).collect();
         let mut command = build::compile(source, &BuildOptions { include, ..texts[0].options.clone() }, &self.header)?;
@@ -157,7 +157,7 @@ impl Room {
         Ok(command)
     }
 
-    /// Refuses texts of which one expands differently after another than by itself: a macro of one would change the computation of the
+    /// Fails if a text expands differently after another one than on its own: a macro in one of them would change the computation of the
     /// other.
     fn together(&self, texts: &[Arc<Text>], all: &Path) -> Result<(), NotFused> {
         let joined = self.lines_by_file(all, texts)?;
@@ -171,7 +171,7 @@ impl Room {
         Ok(())
     }
 
-    /// Returns the preprocessed text that the compiler reads, by the file that contains it.
+    /// Returns the preprocessed text that the compiler reads, grouped by the file that contains it.
     fn lines_by_file(&self, source: &Path, texts: &[Arc<Text>]) -> Result<BTreeMap<PathBuf, Vec<String>>, NotFused> {
         let output = self.compile(source, texts).map_err(|error| failed(&error))?.arg("-E").output().map_err(|error| failed(&error))?;
         if !output.status.success() {
@@ -192,7 +192,7 @@ impl Room {
     }
 }
 
-/// Returns a name that nobody includes, because files beside a text take precedence in its includes.
+/// Returns a file name that no text includes. It must be unused, because files in the folder of a text take precedence in its includes.
 fn numbered(number: usize) -> String {
     format!("opengpac-text-{number}.c")
 }

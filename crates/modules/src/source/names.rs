@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Detection of names in a declaration that C, C++ or a header has taken: the compiler's messages about them mention tokens, so the names
-//! are searched for where it failed.
+//! Detection of names in a declaration that are already used by C, C++ or a header. The compiler's messages about them mention only
+//! tokens, so the names are searched for on the line that failed.
 use super::c_words::{is_keyword, is_keyword_of_cxx, is_macro};
 
-/// Words whose first argument is a name, and words whose second is.
+/// Words whose first argument is a name, followed by words whose second argument is a name.
 const NAMES_FIRST: [&str; 4] = ["FUNCTION_BLOCK", "TYPE", "condition", "size"];
 const NAMES_SECOND: [&str; 15] = [
     "in",
@@ -24,7 +24,7 @@ const NAMES_SECOND: [&str; 15] = [
 ];
 const CONDITIONS: [&str; 2] = ["condition_of", "condition_of_default"];
 
-/// A name that is taken, with its description and line.
+/// A name that is already used, with its description and line.
 pub(super) struct TakenName {
     pub message: String,
     pub line: u32,
@@ -56,7 +56,7 @@ fn reason(name: &str, is_cxx: bool) -> Option<&'static str> {
     }
 }
 
-/// Returns each word of a declaration that precedes a bracket: its line, and the text from there up to the first description.
+/// Returns each word of a declaration that precedes a bracket: its line, and the text from that word up to the first description.
 fn calls(text: &str) -> impl Iterator<Item = (u32, &str, &str)> {
     text.lines().zip(1..).flat_map(|(line, number)| {
         let code = line.split("//").next().unwrap_or(line);

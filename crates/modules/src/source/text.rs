@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Sources from which blocks in C were compiled, kept with their code so that they can be compiled again together with others.
+//! Sources from which blocks in C were compiled, kept with their code so that they can be recompiled together with others.
 
 use super::build::{BuildOptions, CompiledSource};
 use super::languages::is_cxx;
@@ -17,9 +17,9 @@ pub(crate) struct Text {
     pub(crate) path: PathBuf,
     pub(crate) source: Vec<u8>,
     pub(crate) options: BuildOptions,
-    /// User's files that it includes, each with a digest of its bytes.
+    /// Files of the user that the source includes, each with a digest of its bytes.
     included: Vec<(PathBuf, u64)>,
-    /// `Ok` if it may be compiled again, else the reason why not.
+    /// `Ok` if the source can be compiled again; otherwise the reason why it cannot.
     pub(crate) fit: Result<(), String>,
 }
 
@@ -30,7 +30,7 @@ pub(crate) fn keep(run: Run, text: &Arc<Text>) {
     TEXTS.write().expect("nobody panics with the lock held").get_or_insert_default().insert(run as usize, text.clone());
 }
 
-/// Returns the source of the blocks whose entry is `run`, if they were built here from one.
+/// Returns the source of the blocks whose entry is `run`, if they were built from a source in this process.
 pub(crate) fn of(run: Run) -> Option<Arc<Text>> {
     TEXTS.read().expect("nobody panics with the lock held").as_ref()?.get(&(run as usize)).cloned()
 }
@@ -59,7 +59,7 @@ impl Text {
         self.included.iter().find(|(file, before)| digest(file) != Some(*before)).map(|(file, _)| file.as_path())
     }
 
-    /// Returns true if `file` is the source itself or one that it includes.
+    /// Returns true if `file` is the source itself or a file that it includes.
     pub(crate) fn includes(&self, file: &Path) -> bool {
         file == self.path || self.included.iter().any(|(own, _)| own == file)
     }
@@ -71,8 +71,8 @@ fn digest(file: &Path) -> Option<u64> {
     Some(hasher.finish())
 }
 
-/// Returns the files of a rule for make, as written by `-MMD`: after the colon, with blanks in names escaped by a backslash and `$`
-/// doubled.
+/// Returns the files listed in a rule for make, as written by `-MMD`: after the colon, with blanks in names escaped by a backslash and
+/// `$` doubled.
 fn dependencies(rule: &str) -> Vec<PathBuf> {
     let files = rule.split_once(": ").map_or("", |(_, files)| files).replace("\\\n", " ");
     let (mut found, mut name) = (Vec::new(), String::new());
@@ -89,8 +89,8 @@ fn dependencies(rule: &str) -> Vec<PathBuf> {
     found.into_iter().filter(|name| !name.is_empty()).map(PathBuf::from).collect()
 }
 
-/// Checks that an object has no variables. A second compilation would have separate copies: blocks that share one, or keep something in
-/// it, would behave differently.
+/// Checks that an object has no variables. A second compilation would have separate copies of them, so that blocks that share a variable,
+/// or keep state in one, would behave differently.
 fn has_no_state(object: &[u8]) -> Result<(), String> {
     let unread = |error: object::Error| format!("its object file cannot be read: {error}");
     let file = object::File::parse(object).map_err(unread)?;

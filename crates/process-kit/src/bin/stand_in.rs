@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes for the tests of this crate: `exit N`, `abort`, `words` prints its environment, `parent` starts another one.
+//! Processes for the tests of this crate: `exit N`; `abort`; `words`, which prints its environment; `parent`, which starts another
+//! process.
 use interconnect::Link;
 use process_kit::{UnixLink, inherited};
 use std::time::Duration;
@@ -19,7 +20,7 @@ fn link() -> UnixLink {
     UnixLink::from_descriptor(inherited("link").expect("passed")).expect("a socket")
 }
 
-/// Prints its environment: open descriptors, process group, limit of real-time threads.
+/// Prints the environment of this process: open descriptors, process group, limit on real-time threads.
 fn say_words() {
     let link = link();
     let open: Vec<String> = (0..64).filter(|fd| std::fs::symlink_metadata(format!("/proc/self/fd/{fd}")).is_ok()).map(|fd| fd.to_string()).collect();
@@ -36,7 +37,7 @@ fn say_words() {
     let _closed = link.receive(Duration::from_secs(10));
 }
 
-/// Starts a process in its own group and prints its number, then ends with the link, ignoring the started process.
+/// Starts a process in its own group and prints its process ID, then exits with the link, ignoring the started process.
 #[allow(clippy::zombie_processes, reason = "that somebody else ends and reaps it is what the test is about")]
 fn parent() {
     let link = link();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reception of messages from a remote processor, until it is lost.
+//! Reception of messages from a remote processor until the processor is lost.
 use super::{LOOK, Processor, Wire};
 use crate::protocol::{Beat, News, opened};
 use crate::script_context::unconnected;
@@ -38,7 +38,7 @@ impl Processor {
         self.lose(host, &why);
     }
 
-    /// Reports connections to it whose memory was overwritten.
+    /// Reports connections to the processor that were lost because their memory was overwritten.
     fn tell_lost(&self, host: &Weak<Host>) {
         let lost = locked(&self.near).as_mut().map(|near| near.lost()).unwrap_or_default();
         if let Some(host) = host.upgrade().filter(|_| !lost.is_empty()) {
@@ -79,7 +79,7 @@ impl Processor {
         }
     }
 
-    /// Returns the block that the source with index `place` there was running, if known.
+    /// Returns the block that the processor's source with index `place` was running, if known.
     fn ran(&self, place: usize, source: SourceId) -> Option<BlockId> {
         let step = locked(&self.running).as_ref()?.step(place)?;
         locked(&self.tables).get(&source)?.get(step as usize).copied().flatten()

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A remote processor as seen by its host: remote sources, and the word of their processes.
+//! A remote processor as seen by its host: remote sources, and the words of their processes.
 use super::*;
 
 impl RemoteWord for Processor {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Banks: cost of 64 gains side by side, in addition to the firing that they are in, run by the bank entries of both languages.
+//! Banks: cost of 64 gains side by side, in addition to the firing that contains them, run by the bank entries of both languages.
 use crate::Bench;
 use crate::blocks::Gain;
 use crate::dispatch::{Shape, table, wiring};

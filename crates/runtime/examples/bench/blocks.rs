@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Function blocks in Rust: those that the rows measure, and those that take the times.
+//! Function blocks in Rust: blocks that are measured in the rows, and blocks that record times.
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 use std::sync::atomic::{AtomicI64, AtomicU64, Ordering};
 
@@ -20,7 +20,7 @@ pub struct Gain {
     /// k times the input
     #[output]
     y: f64,
-    /// factor
+    /// gain
     #[param(default = 1.0)]
     k: f64,
 }
@@ -35,7 +35,7 @@ impl Step for Gain {
 /// PID: y = kp e + sum of ki e + kd times the change of e, with e = setpoint - u.
 #[derive(FunctionBlock)]
 pub struct Pid {
-    /// present position
+    /// current position
     #[input]
     u: f64,
     /// effort
@@ -79,12 +79,12 @@ impl Step for Pid {
     }
 }
 
-/// Invocations of the stopwatch that remain in this burst, and the times of its first and its last one.
+/// Number of invocations of the stopwatch that remain in this burst; also the times of its first and last ones.
 pub static LEFT: AtomicU64 = AtomicU64::new(0);
 pub static FIRST_NS: AtomicI64 = AtomicI64::new(0);
 pub static LAST_NS: AtomicI64 = AtomicI64::new(0);
 
-/// Records the times of its first and its last invocation of a burst; the last step of a table.
+/// Records the times of its first and last invocations in a burst; the last step of a table.
 #[derive(FunctionBlock)]
 pub struct Stopwatch {
     /// 0 before the first invocation of a burst
@@ -113,7 +113,7 @@ pub static MARKS: [AtomicI64; MARKS_MAX] = [const { AtomicI64::new(0) }; MARKS_M
 pub static MARKED: AtomicU64 = AtomicU64::new(0);
 pub const MARKS_MAX: usize = 1 << 16;
 
-/// Records a time, ns, as the next one.
+/// Records a time, ns, in the next free entry.
 fn keep(time_ns: i64) {
     let place = MARKED.load(Ordering::Relaxed);
     if let Some(mark) = MARKS.get(place as usize) {
@@ -146,7 +146,7 @@ pub struct WatchedGain {
     /// k times the input
     #[output]
     y: f64,
-    /// factor
+    /// gain
     #[param(default = 1.0)]
     k: f64,
     /// the magnitude of the output exceeds 1e300
@@ -170,7 +170,7 @@ pub struct Every {
     /// n
     #[param(default = 4)]
     n: u64,
-    /// this invocation is an nth one
+    /// this invocation is the nth one
     #[condition]
     reached: Condition,
 }
@@ -202,7 +202,7 @@ impl Step for Stamp {
 /// Records the age of its input.
 #[derive(FunctionBlock)]
 pub struct InputAge {
-    /// time at which it was written, ns
+    /// time at which the input was written, ns
     #[input(asynchronous)]
     u: i64,
 }
@@ -217,7 +217,7 @@ impl Step for InputAge {
 /// Value of CLOCK_MONOTONIC at time 0 of the host's clock.
 pub static LATE_FROM_NS: AtomicI64 = AtomicI64::new(0);
 
-/// Records the lateness of each of its invocations after its release.
+/// Records the lateness of each of its invocations relative to its release.
 #[derive(FunctionBlock)]
 pub struct Lateness {
     /// 0

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A value from a source on one core to a source on another that it wakes, timed from the writer's body to the reader's body and compared
-//! with a bare word and a futex between two threads.
+//! A value sent from a source on one core to a source on another core, which it wakes: timed from the writer's body to the reader's body,
+//! and compared with a bare word and a futex between two threads.
 use crate::Bench;
 use crate::blocks::{InputAge, MARKED, MARKS, Stamp, now_ns};
 use crate::report::{Line, median, time};
@@ -75,7 +75,7 @@ fn by_kernel() -> f64 {
     median((0..VALUES).map(|place| MARKS[place].load(Ordering::Relaxed) as f64))
 }
 
-/// Channel as a careful person would write it by hand: a word with the value, a counter, and a futex on it.
+/// Channel as a careful programmer would write it by hand: a word with the value, a counter, and a futex on it.
 #[derive(Default)]
 struct Word {
     sent_ns: AtomicI64,

@@ -11,13 +11,13 @@ use opengpac::abi::Descriptor;
 use std::sync::Arc;
 
 const SIZES: [usize; 5] = [10, 100, 1_000, 10_000, 100_000];
-/// Invocations of blocks in one burst, and bursts in a round. Bursts are short because the other hardware thread of the core, used by
-/// this machine or by a neighbouring one, takes up to a quarter of a burst; among many short ones some run undisturbed.
+/// Number of invocations in one burst; also the number of bursts in a round. Bursts are short because the other hardware thread of the
+/// core, used by this machine or by a neighbouring one, takes up to a quarter of a burst; among many short bursts, some run undisturbed.
 const WORK: usize = 250_000;
 const BURSTS: usize = 4;
 const KINDS: [&str; 4] = ["gain", "pid", "lowpass", "limit"];
 
-/// Shape of the bindings between blocks.
+/// Structure of the bindings between blocks.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Shape {
     /// Each block reads the output of the previous one.
@@ -35,7 +35,7 @@ struct Program<'a> {
     rust: bool,
 }
 
-/// Returns kinds in an order without a pattern.
+/// Returns kinds in an order without a regular pattern.
 fn mixed(index: usize) -> usize {
     ((index as u64 ^ 0x55).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 61) as usize % KINDS.len()
 }
@@ -77,8 +77,8 @@ fn descriptor(bench: &Bench, program: &Program, index: usize) -> &'static Descri
     }
 }
 
-/// Builds a table of these blocks, as the supervisor makes it from a graph, with a stopwatch after them and one connection to another
-/// source (its group: the last value). Returns the operations that install and activate it.
+/// Builds a table of these blocks, in the same way as the supervisor does from a graph, with a stopwatch after them and one connection to
+/// another source (its group: the last value). Returns the operations that install and activate it.
 pub fn table(rig: &Rig, image: &Image, shape: Shape, rows: Option<Rows>) -> Vec<Op> {
     let (process, first) = (Process::new(1, 1), interval());
     let driven = Activation::new(Due::Driven { by: vec![(first.clone(), 1)] }, None);
@@ -96,7 +96,7 @@ pub fn table(rig: &Rig, image: &Image, shape: Shape, rows: Option<Rows>) -> Vec<
     vec![Op::Table(Box::new(table)), Op::StartClock(process), Op::On(first, 1), Op::On(driven, 1)]
 }
 
-/// Measures, in turns, ns per firing and ns per cycle of each loop.
+/// Measures ns per firing and ns per cycle of each loop, alternating between them.
 fn turns(bench: &Bench, rig: &Rig, peer: &Peer, n: usize) -> Vec<[f64; 4]> {
     let firings = (WORK / n).max(10);
     let mut turns = Vec::new();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fused blocks: cost of 100 chained gains, in addition to the firing that they are in: fused, one by one, and written out in one C
+//! Fused blocks: cost of 100 chained gains, in addition to the firing that contains them: fused, one by one, and written out in one C
 //! function.
 use crate::Bench;
 use crate::dispatch::{Shape, table, wiring};

@@ -10,7 +10,7 @@ use opengpac::FunctionBlock;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// Priority of the thread that installs.
+/// Priority of the installing thread.
 const PRIORITY: u8 = 50;
 /// Number of blocks that already run.
 const RUNNING: usize = 100;

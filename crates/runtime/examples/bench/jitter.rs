@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Release jitter at 1 kHz, compared with `cyclictest`: from the release to the first block of the firing, against from the requested end
-//! of a sleep to its return. Both use the same core, priority and number of releases, in turns.
+//! Release jitter at 1 kHz, compared with `cyclictest`: the time from the release to the first block of the firing, and the time from the
+//! requested end of a sleep to its return. Both use the same core, priority and number of releases, and are measured alternately.
 use crate::Bench;
 use crate::blocks::{LATE_FROM_NS, Lateness, MARKED, MARKS, MARKS_MAX, now_ns};
 use crate::report::{Line, median, time};
@@ -56,7 +56,7 @@ fn not_taken() {
     .print();
 }
 
-/// Returns the median, the 99th percentile and the maximum.
+/// Returns the median, the 99th percentile and the maximum of the samples.
 fn spread(mut samples: Vec<f64>) -> [f64; 3] {
     samples.sort_by(f64::total_cmp);
     let at = |share: f64| samples[((samples.len() - 1) as f64 * share) as usize].max(1.0);
@@ -81,8 +81,8 @@ fn by_kernel() -> Vec<f64> {
     (0..RELEASES.min(MARKS_MAX)).map(|place| MARKS[place].load(Ordering::Relaxed) as f64).collect()
 }
 
-/// Runs `cyclictest`, which prints one line per sample: `task: cycle: ns`. It must not keep the processor from sleeping, because the
-/// kernel does not either.
+/// Runs `cyclictest`, which prints one line per sample: `task: cycle: ns`. It must not prevent the processor from sleeping, because the
+/// kernel does not prevent it either.
 fn by_cyclictest() -> Option<Vec<f64>> {
     let number = |n: usize| n.to_string();
     let output = Command::new("cyclictest")

@@ -30,7 +30,7 @@ pub enum Loop {
 }
 
 impl LoadResult {
-    /// Loads both libraries. Panics with the reason if one cannot be loaded: this program is for people who build it.
+    /// Loads both libraries. Panics with the reason if one of them cannot be loaded, because this program is for developers.
     pub fn open(peer: &str, blocks: &str) -> LoadResult {
         let (peer, module) = (library(peer), library(blocks));
         // SAFETY: the symbols have these types in `bench/c/peer.c`; a module exports `opengpac_module` as the ABI specifies.

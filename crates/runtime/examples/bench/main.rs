@@ -4,7 +4,7 @@
 //!     bench PEER.so BLOCKS.so ROUNDS [ROW…]
 //!
 //! Rows run the real kernel: a host with real threads, sources pinned to one core, at real-time priorities if permitted, and tables
-//! installed by scripts. Peers run on the same core at the same kind of priority, in turns with the kernel.
+//! installed by scripts. Peers run on the same core with the same scheduling policy and priority, alternating with the kernel.
 mod bank;
 mod blocks;
 mod crossing;
@@ -20,7 +20,7 @@ mod transition;
 
 use loaded::LoadResult;
 
-/// Everything that a row needs.
+/// Resources that a row needs.
 pub struct Bench {
     pub loaded: LoadResult,
     pub rounds: usize,

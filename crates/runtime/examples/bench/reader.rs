@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A preempting reader, compared with none: a reader of higher priority on the writer's core latches 64 of its values, 10,000 times a
-//! second, in the middle of its firings.
+//! A preempting reader, compared with no reader: a reader of higher priority on the writer's core latches 64 of its values, 10,000 times
+//! per second, in the middle of its firings.
 use crate::Bench;
 use crate::blocks::{Gain, Stopwatch};
 use crate::report::{Line, median, time};
@@ -35,7 +35,7 @@ pub fn rows(bench: &Bench) {
     .print();
 }
 
-/// Returns ns per firing without and with the reader, and ns of the core per firing of the reader.
+/// Returns the ns per firing without and with the reader, and the ns of CPU time used by each firing of the reader.
 fn turn() -> [f64; 3] {
     let rig = Rig::new();
     let chain: Vec<u32> = (0..BLOCKS as u32).collect();

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One line of the table, and medians.
+//! One line of the table, and statistics.
 
 /// A line of the table, printed as JSON.
 pub struct Line<'a> {
-    /// Group of the line, as `--only` names it.
+    /// Group of the line, by the name passed to `--only`.
     pub row: &'a str,
     pub what: String,
-    /// Time of the kernel, in words with a unit.
+    /// Time of the kernel, as text with a unit.
     pub ours: String,
-    /// Peer and its time; empty if there is no peer.
+    /// Peer and its time, as text; empty if there is no peer.
     pub peer: String,
-    /// Figure that the bar applies to, and its text.
+    /// Figure to which the bar applies; also the text of the bar.
     pub value: f64,
     pub shown: String,
-    /// Allowed maximum; `None` if `DESIGN.md` has no bar.
+    /// Maximum set by the bar; `None` if `DESIGN.md` has no bar.
     pub bar: Option<f64>,
     pub bar_text: &'a str,
     pub note: String,

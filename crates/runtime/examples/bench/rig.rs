@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rig of the rows: a host, sources on a pinned core, tables of blocks, bursts of firings.
+//! Test rig for the rows: a host, sources on a pinned core, tables of blocks, bursts of firings.
 use crate::blocks::{FIRST_NS, LAST_NS, LEFT};
 use kernel::*;
 use opengpac::abi::{Descriptor, Item, kind};
@@ -7,12 +7,12 @@ use runtime::{ClockKind, Host};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// Priority of the measuring thread: above its sources, so that requests pile up while it makes them.
+/// Priority of the measuring thread: above that of its sources, so that requests accumulate while it makes them.
 const PRIORITY: u8 = 70;
 /// Priority of the sources.
 const SOURCE_PRIORITY: u8 = 60;
 
-/// Time that is longer than most bursts, ns.
+/// Time that exceeds the duration of most bursts, ns.
 pub const BURST_NS: i64 = 8_000_000;
 
 /// Returns the last core that this process may use.
@@ -26,7 +26,7 @@ pub fn core() -> usize {
     })
 }
 
-/// Pins this thread to `core`, and gives it a real-time priority if permitted. Returns false if it is not.
+/// Pins this thread to `core`, and gives it a real-time priority; returns false if the priority is not permitted.
 pub fn pin(core: usize, priority: u8) -> bool {
     scheduling::pin(core);
     scheduling::prioritise(priority, scheduling::Children::Ordinary)
@@ -59,7 +59,7 @@ impl Rig {
         }
     }
 
-    /// Returns the duration of `firings` firings, ns: from the stopwatch of an additional first firing to that of the last.
+    /// Returns the duration of `firings` firings, ns: from the stopwatch of an additional first firing to the stopwatch of the last one.
     pub fn burst(&self, firings: usize) -> f64 {
         LEFT.store(firings as u64 + 1, Ordering::Release);
         for _ in 0..=firings {
@@ -91,13 +91,13 @@ fn items(descriptor: &'static Descriptor) -> &'static [Item] {
     unsafe { std::slice::from_raw_parts(descriptor.items, descriptor.item_count as usize) }
 }
 
-/// Blocks in one extent, side by side after `values` cells of a double, as the supervisor lays out a verb instance.
+/// Blocks in one extent, side by side, preceded by `values` cells of one double each, as the supervisor lays out a verb instance.
 pub struct Image {
     pub values: Vec<Cell>,
     pub blocks: Vec<Arc<Block>>,
 }
 
-/// Installs `kinds`; block i reads value `reads[i]` and writes value `writes[i]`. All values are 1.
+/// Installs `kinds`. Block i reads value `reads[i]` and writes value `writes[i]`; all values are 1.
 pub fn image(kinds: &[&'static Descriptor], reads: &[u32], writes: &[u32], values: usize) -> Image {
     let mut len = 8 * values;
     let places: Vec<usize> = kinds

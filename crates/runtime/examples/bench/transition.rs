@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A transition, timed from the last step of the firing that met the condition to the first step of the next one, in which the new
-//! process runs. The next firing is requested beforehand, so only publication, the transition, the event to the supervisor, and the start
-//! of a firing lie between them.
+//! A transition, timed from the last step of the firing in which the condition was met to the first step of the next firing, in which the
+//! new process runs. The next firing is requested beforehand, so that only publication, the transition, the event to the supervisor, and
+//! the start of a firing lie between the two steps.
 use crate::Bench;
 use crate::blocks::{Every, MARKED, MARKS, Marker, WatchedGain};
 use crate::report::{Line, median, thousands, time};
@@ -11,7 +11,7 @@ use opengpac::FunctionBlock;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// Firings in a burst, and firings per transition.
+/// Number of firings in a burst; also the number of firings per transition.
 const FIRINGS: usize = 400;
 const PERIOD: usize = 4;
 /// Indices of the conditions of `WatchedGain` and of `Every`.
@@ -26,7 +26,7 @@ pub fn rows(bench: &Bench) {
     }
 }
 
-/// Measures a transition of `n` blocks out and `n` in, each activated by a command of its own (`apart`) or all as one graph.
+/// Measures a transition with `n` blocks out and `n` blocks in, each activated by a separate command (`apart`) or all as one graph.
 fn measure(bench: &Bench, n: usize, apart: bool) {
     let rig = Rig::new();
     let (reads, writes): (Vec<u32>, Vec<u32>) = ((0..2 * n as u32).collect(), (2 * n as u32..4 * n as u32).collect());
@@ -63,7 +63,7 @@ fn measure(bench: &Bench, n: usize, apart: bool) {
     .print();
 }
 
-/// Returns the watches of one stage: 99 conditions that are never met, then the one that is.
+/// Returns the watches of one stage: 99 conditions that are never met, then the condition that is met.
 fn stage(image: &Image, activations: &[Vec<Arc<Activation>>], n: usize, from: usize) -> Stage {
     let of_blocks = (0..CONDITIONS - 1).map(|index| Watch {
         block: Some(image.blocks[from * n + index % n].id()),
@@ -80,7 +80,7 @@ fn stage(image: &Image, activations: &[Vec<Arc<Activation>>], n: usize, from: us
     Stage { watches: of_blocks.chain([reached]).collect() }
 }
 
-/// Builds a table of a marker, the blocks of both lists, the reporting block, and a second marker.
+/// Builds a table that contains a marker, the blocks of both lists, the reporting block, and a second marker.
 fn table(image: &Image, activations: &[Vec<Arc<Activation>>], always: &Arc<Activation>, process: &Arc<Process>, n: usize) -> Table {
     let every = Arc::new(single(EVERY, Every::descriptor()));
     let marker = |id| step(Arc::new(single(id, Marker::descriptor())), always, process, vec![]);

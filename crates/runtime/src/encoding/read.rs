@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reading side: makes the objects that scripts name.
+//! Reading side: creates the objects that scripts refer to.
 use super::{AppendAs, CellAt, CodeName, DueAs, MemberAs, OpAs, Parcel, RemoteObject, ResponseAs, StampedAs, StepAs, TableAs, WatchAs, WayAs};
 use crate::renewal::Renewal;
 use device::Direction;
@@ -15,7 +15,7 @@ use std::any::Any;
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// Environment of a reader: code, devices and connections in the process where the sources run.
+/// Environment of a reader: code, devices and connections of the process in which the sources run.
 pub trait Ground {
     /// Returns the code of a block, and the owner that keeps it loaded.
     fn code(&self, name: &CodeName) -> Option<(&'static Descriptor, Arc<dyn Any + Send + Sync>)>;
@@ -27,7 +27,7 @@ pub trait Ground {
     fn receiver(&mut self, way: &Way) -> Box<dyn Receiver>;
 }
 
-/// Objects that scripts for the sources of one processor process have named so far.
+/// Objects to which the scripts for the sources of one processor process have referred so far.
 #[derive(Default)]
 pub struct Reader {
     objects: HashMap<u64, Object>,
@@ -45,7 +45,7 @@ enum Object {
     Edge(Arc<Edge>),
 }
 
-/// Maximum size of a connection or ring in bytes; larger requests are invalid.
+/// Maximum size of a connection or ring in bytes; requests for more are invalid.
 const BYTES_MAX: u64 = 1 << 30;
 
 type ReadResult<T> = Result<T, String>;
@@ -72,8 +72,8 @@ impl Reader {
     finder!(device, Device, Device, "device");
     finder!(edge, Edge, Edge, "edge");
 
-    /// Makes the objects of a parcel and returns its script, numbered `submission`. Fails with a message if the parcel is inconsistent;
-    /// objects made before the failure are kept.
+    /// Creates the objects of a parcel and returns its script, numbered `submission`. Fails with a message if the parcel is inconsistent;
+    /// objects created before the failure are kept.
     pub fn open(&mut self, submission: u64, parcel: Parcel, ground: &mut dyn Ground) -> ReadResult<Box<Script>> {
         for made in parcel.made {
             self.make(made, ground)?;
@@ -89,7 +89,7 @@ impl Reader {
         })
     }
 
-    /// Returns the cell with this remote name; `None` if no parcel has named it yet, or it has been forgotten.
+    /// Returns the cell with this remote name; `None` if no parcel has referred to it yet, or it has been forgotten.
     pub fn find(&self, at: CellAt) -> Option<Cell> {
         self.cell(at).ok()
     }
@@ -109,7 +109,7 @@ impl Reader {
         self.objects.iter().filter_map(|(number, object)| if let Object::Rows(rows) = object { Some((*number, rows.reader())) } else { None })
     }
 
-    /// Returns the sources that channels of devices raise.
+    /// Returns the sources raised by channels of devices.
     pub fn raised(&self) -> impl Iterator<Item = SourceId> {
         self.objects.values().filter_map(|object| if let Object::Edge(edge) = object { Some(edge.raises) } else { None })
     }

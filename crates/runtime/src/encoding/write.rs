@@ -8,7 +8,7 @@ use std::collections::{HashMap, HashSet};
 use std::mem;
 use std::sync::{Arc, Weak};
 
-/// Record of one host's objects that the other side has.
+/// Record of the objects of one host that exist on the other side.
 #[derive(Default)]
 pub struct Writer {
     known: HashMap<usize, KnownObject>,
@@ -20,27 +20,27 @@ pub struct Writer {
     /// Number of objects at the last sweep.
     swept: usize,
     made: Vec<RemoteObject>,
-    /// Devices named for the first time.
+    /// Devices that were referred to for the first time.
     devices: Vec<(String, Vec<device::Channel>)>,
 }
 
-/// An object that the other side has.
+/// An object that exists on the other side.
 struct KnownObject {
     number: u64,
     is_held: Box<dyn Fn() -> bool + Send>,
-    /// Further numbers that belong to it: the extents of a device.
+    /// Further numbers of the same object: the extents of a device.
     with: Vec<u64>,
 }
 
-/// Number of objects below which it does not search for unreferenced ones.
+/// Number of objects below which the writer does not search for unreferenced objects.
 const SWEEP_MIN: usize = 256;
 
 /// Lookup of the name by which the writer refers to a block's code.
 pub type Names<'a> = &'a dyn Fn(&Block) -> Option<CodeName>;
 
 impl Writer {
-    /// Encodes a script as a parcel, with everything that it names for the first time. Fails with a message if `names` does not know the
-    /// code of a block.
+    /// Encodes a script as a parcel, with every object to which it refers for the first time. Fails with a message if `names` does not
+    /// find the code of a block.
     pub fn parcel(&mut self, script: &Script, names: Names) -> Result<Parcel, String> {
         self.sweep();
         let ops = self.ops(&script.ops, names);
@@ -48,7 +48,7 @@ impl Writer {
         Ok(Parcel { made, ops: ops? })
     }
 
-    /// Returns the devices named for the first time since the last call, with their channels.
+    /// Returns the devices to which scripts have referred for the first time since the last call, with their channels.
     pub fn take_devices(&mut self) -> Vec<(String, Vec<device::Channel>)> {
         mem::take(&mut self.devices)
     }
@@ -68,7 +68,7 @@ impl Writer {
         self.rings.get(&number)?.upgrade()
     }
 
-    /// Returns the number of objects of the other side.
+    /// Returns the number of objects on the other side.
     pub fn len(&self) -> usize {
         self.known.len()
     }
@@ -78,7 +78,7 @@ impl Writer {
         self.known.is_empty()
     }
 
-    /// Occasionally makes the other side drop objects that are no longer referenced here.
+    /// Makes the other side drop objects that are no longer referenced here. Does this only occasionally.
     fn sweep(&mut self) {
         if self.known.len() < SWEEP_MIN.max(2 * self.swept) {
             return;
@@ -101,7 +101,7 @@ impl Writer {
         self.made.push(RemoteObject::Forget { numbers });
     }
 
-    /// Returns the number of an object, and whether the object is new.
+    /// Returns the number of an object, and true if the object is new.
     fn number<T: Send + Sync + 'static>(&mut self, of: &Arc<T>) -> (u64, bool) {
         if let Some(known) = self.known.get(&address(of)) {
             return (known.number, false);
@@ -174,7 +174,7 @@ impl Writer {
         }
     }
 
-    /// Returns the number of a process, and sends its stages once it has them; a spread process has no stages on the other side.
+    /// Returns the number of a process, and sends its stages once they are set; a spread process has no stages on the other side.
     fn process(&mut self, process: &Arc<Process>, names: Names) -> Result<u64, String> {
         let (number, is_new) = self.number(process);
         if is_new {

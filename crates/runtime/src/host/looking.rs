@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Events, time and statistics of a host, as a supervisor reads them.
+//! Events, time and statistics of a host, as read by a supervisor.
 use super::*;
 
 impl Host {
-    /// Returns the next event, if there is one. Called only by the supervisor. Events, including acknowledgements of scripts, are
-    /// returned in the order in which they were made, over all sources.
+    /// Returns the next event, if there is one. Called only by the supervisor. The events of all sources, including acknowledgements of
+    /// scripts, are returned in the order in which they occurred.
     pub fn poll(&self) -> Option<Event> {
         if let Some(event) = self.remote_sources.pop_first() {
             return Some(event);
@@ -33,7 +33,7 @@ impl Host {
         source.listener().take(source.id, serial)
     }
 
-    /// Returns, once, the event that the watchdog has given up a source because nothing can end its block, or its thread has ended.
+    /// Returns, once, the event that the watchdog has given up a source, because its block cannot be ended or its thread has exited.
     fn given_up(&self, source: &Source) -> Option<Event> {
         let (is_deaf, is_gone) = (source.is_deaf.load(Ordering::Acquire), source.is_gone.load(Ordering::Acquire));
         if !(is_deaf || is_gone) || source.is_told.swap(true, Ordering::AcqRel) {
@@ -43,35 +43,35 @@ impl Host {
         Some(if is_gone { Event::Ended { source: source.id, time_ns } } else { Event::Deaf { source: source.id, time_ns } })
     }
 
-    /// Waits, under the monotonic clock, until there is an event, `unpark` was called, or the time has come. Call it when `poll` has
-    /// returned `None`; not for the real-time path of a source. Under the virtual clock it returns immediately.
+    /// Waits, under the monotonic clock, until there is an event, `unpark` is called, or `until_ns` is reached. Call it after `poll` has
+    /// returned `None`; not for the real-time path of a source. Under the virtual clock, it returns immediately.
     pub fn park(&self, until_ns: Option<i64>) {
         if self.executor.is_none() {
             self.shared.supervisor.sleep(self.polled.load(Ordering::Acquire), until_ns.map(|until| (self.epoch_ns + until).max(0)));
         }
     }
 
-    /// Returns the number of rings for the supervisor so far. Read it before `poll` and other checks, and pass it to
-    /// [`Host::park_since`], so that nothing that arrives meanwhile is slept through, even if others poll too.
+    /// Returns the number of rings of the supervisor's bell so far. Read it before `poll` and other checks, and pass it to
+    /// [`Host::park_since`], so that no event that arrives in the meantime is missed, even if other threads poll too.
     pub fn rings(&self) -> u32 {
         self.shared.supervisor.rings()
     }
 
-    /// Parks a supervisor that shares polling with other threads: returns immediately if it was rung since `seen`.
+    /// Parks a supervisor that shares polling with other threads; returns immediately if its bell was rung since `seen`.
     pub fn park_since(&self, seen: u32, until_ns: Option<i64>) {
         if self.executor.is_none() {
             self.shared.supervisor.sleep(seen, until_ns.map(|until| (self.epoch_ns + until).max(0)));
         }
     }
 
-    /// Makes the calling thread poll in the supervisor's place until [`Host::stop_attending`]: reports from kernels leave the supervisor
-    /// asleep, for at most 1 ms.
+    /// Makes the calling thread poll in the supervisor's place until [`Host::stop_attending`]: reports from kernels do not wake the
+    /// supervisor, for at most 1 ms.
     pub fn attend(&self) {
         self.shared.supervisor.attend();
     }
 
-    /// Ends [`Host::attend`]. `seen`: value of [`Host::rings`] before the last `poll` that found nothing; anything later wakes the
-    /// supervisor.
+    /// Ends [`Host::attend`]. `seen`: value of [`Host::rings`] before the last `poll` that found nothing; any later notification wakes
+    /// the supervisor.
     pub fn stop_attending(&self, seen: u32) {
         self.shared.supervisor.leave(seen);
     }
@@ -89,9 +89,9 @@ impl Host {
     }
 
     /// Sets the virtual clock to the time of the next firing, if that is not after `limit_ns`, and runs that firing (with any that
-    /// preempt it). A firing that ends after `limit_ns` has no visible effects before the clock reaches its end. Returns false if there
-    /// is no such firing, without changing the clock. Fails if more than 10,000 requested firings fall in one instant; the remaining ones
-    /// are refused.
+    /// preempt it). The effects of a firing that ends after `limit_ns` are not visible until the clock reaches its end. Returns false,
+    /// without changing the clock, if there is no such firing. Fails if more than 10,000 requested firings fall on one instant; the
+    /// remaining ones are refused.
     pub fn fire_next(&self, limit_ns: i64) -> Result<bool, String> {
         containment::prepare_thread();
         let executor = self.executor();
@@ -116,7 +116,7 @@ impl Host {
         self.executor().busy_until_ns()
     }
 
-    /// Moves the virtual clock forward to a time before the next event.
+    /// Advances the virtual clock to a time before the next event.
     pub fn set_now(&self, now_ns: i64) {
         self.now_ns.fetch_max(now_ns, Ordering::Relaxed);
     }
@@ -134,7 +134,8 @@ impl Host {
         self.source(source).statistics()
     }
 
-    /// Makes the probe sample the blocks of a source for at least `for_ns`, one per firing. The latest end of several requests applies.
+    /// Makes the probe sample the blocks of a source for at least `for_ns`, one per firing. If there are several requests, the latest end
+    /// applies.
     pub fn probe(&self, source: SourceId, for_ns: u64) {
         if let Some(remote) = self.remote(source) {
             remote.probe(source, for_ns);

@@ -17,15 +17,15 @@ use std::ffi::CStr;
 /// Result of a replayed segment.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlayedSegment {
-    /// Digest of all values that the source's blocks had stored at its end.
+    /// Digest of all values that the source's blocks had stored at the end of the segment.
     pub digest: u64,
-    /// True if a fault stopped the source in it.
+    /// True if a fault stopped the source in the segment.
     pub stopped: bool,
     /// Difference between the queries of the source and the record, if the replay diverged.
     pub differs: Option<String>,
 }
 
-/// An output of a block, or a device channel that it writes, with its contents.
+/// An output of a block, or a device channel that it writes, with the stored value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
     /// Label of the block, including its instance.
@@ -39,7 +39,7 @@ pub struct Change {
 }
 
 impl Host {
-    /// Returns the reading end, for a source of this host, of a recorded connection: it delivers the recorded values.
+    /// Returns the reading end of a recorded connection, for a source of this host: it delivers the recorded values.
     pub fn played(&self, way: &Way) -> Box<dyn Receiver> {
         // A damaged record may name a source that it has not made.
         match self.tape(SourceId(way.spec.reader)) {
@@ -53,7 +53,7 @@ impl Host {
         Box::new(Unread(vec![0; way.spec.asynchronous_len], vec![0; way.spec.queue_row_len]))
     }
 
-    /// Replays a segment of `source`. `script`: the script carried out in it. Only on a host made by [`Host::playing`].
+    /// Replays a segment of `source`. `script`: the script carried out in it. Only on a host created by [`Host::playing`].
     pub fn play(&self, source: SourceId, stretch: &Stretch, script: Option<Box<Script>>) -> PlayedSegment {
         self.set_now(stretch.time_ns);
         let script = script.map(|mut script| {
@@ -76,7 +76,7 @@ impl Host {
     }
 }
 
-/// Writing end whose reader is fed from the record.
+/// Writing end whose values are discarded, because its reader is fed from the record.
 struct Unread(Vec<u8>, Vec<u8>);
 
 impl Sender for Unread {
@@ -96,7 +96,7 @@ impl Sender for Unread {
     }
 }
 
-/// Runs the segment `stretch`, with the script that it names.
+/// Runs the segment `stretch`, with the script to which it refers.
 fn play(kernel: &mut Kernel, tape: Option<&SourceTape>, stretch: &Stretch, script: Option<Box<Script>>) -> PlayedSegment {
     let Some(tape) = tape else {
         return PlayedSegment { digest: 0, stopped: false, differs: Some("this host does not play".to_owned()) };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Remote side of a host: sources that others run, connections to them, and their events.
+//! Remote side of a host: sources run by other hosts, connections to them, and their events.
 use super::*;
 use crate::locked::locked;
 use crate::remote::Remote;
@@ -11,7 +11,7 @@ use kernel::{Nowhere, Process, Reach, Way, clock};
 use std::any::Any;
 
 impl Host {
-    /// Adds a source that `remote` runs; it is numbered like local ones.
+    /// Adds a source run by `remote`; it is numbered like a local one.
     pub fn add_remote_source(&self, spec: SourceSpec, remote: Arc<dyn Remote>) -> SourceId {
         let id = self.reserve(spec);
         self.remote_sources.enter(id, remote);
@@ -33,12 +33,13 @@ impl Host {
         self.epoch_ns
     }
 
-    /// Makes a process with steps in `sources`. See [`Process::new`]. If they all run in one remote processor process, the word is there.
+    /// Creates a process with steps in `sources`. See [`Process::new`]. If all sources run in one remote processor process, the word is
+    /// kept there.
     pub fn process(&self, id: u64, created: u64, sources: &[SourceId]) -> Arc<Process> {
         self.remote_sources.new_process(id, created, sources)
     }
 
-    /// Makes a connection between two sources, over the appropriate carrier.
+    /// Creates a connection between two sources, over the appropriate carrier.
     pub fn connect(&self, spec: &ConnectionSpec) -> (End<dyn Sender>, End<dyn Receiver>) {
         let (writer, reader) = (SourceId(spec.writer), SourceId(spec.reader));
         let (from, to) = (self.remote(writer), self.remote(reader));
@@ -69,7 +70,8 @@ impl Host {
         (End { end: sender, way: Some(way) }, End { end: receiver, way: Some(way) })
     }
 
-    /// Makes a connection between a process of this host and another host, relayed by this process: each side has a connection to here.
+    /// Creates a connection between a process of this host and another host, relayed by this process: each side has a connection to this
+    /// process.
     fn relayed(&self, way: Way, from: &dyn Remote, to: &dyn Remote) -> (End<dyn Sender>, End<dyn Receiver>) {
         let to_here = |remote: &dyn Remote| Some(Way { reach: if remote.host().is_some() { Reach::Network } else { Reach::Host }, ..way });
         let wanted = self
@@ -93,7 +95,7 @@ impl Host {
         }
     }
 
-    /// Returns the stand-in for an end that could not be made, and reports that nothing will arrive over it.
+    /// Returns the placeholder for an end that could not be created, and reports that nothing will arrive through it.
     fn unconnected(&self, way: &Way, why: &EndError) -> Nowhere {
         let (writer, reader) = (SourceId(way.spec.writer), SourceId(way.spec.reader));
         self.tell(Event::Unconnected { writer, reader, message: why.message.clone() });
@@ -113,10 +115,10 @@ impl Host {
         })
     }
 
-    /// Forwards requests for a remote source that a local channel raises. A dedicated thread waits for them until the host is closed.
+    /// Forwards requests that a local channel raises for a remote source. A dedicated thread waits for them until the host is closed.
     ///
     /// # Errors
-    /// Fails if the thread cannot be made.
+    /// Fails if the thread cannot be created.
     pub fn pass_on(&self, source: SourceId, request: Box<dyn Fn() + Send>) -> std::io::Result<()> {
         let raised = self.source(source);
         let body = move || {

@@ -3,15 +3,15 @@
 use super::*;
 
 impl Host {
-    /// Submits a script to a source. It is carried out between two firings, in the order of submission, immediately if the source is idle
-    /// (it is woken). Acknowledged by `Event::Done`. May be called by any thread. Under the virtual clock it is carried out before this
-    /// returns or, if a firing with a cost is in progress, at the end of that.
+    /// Submits a script to a source. It is carried out between two firings, in the order of submission, and immediately if the source is
+    /// idle (the source is woken). Acknowledged by `Event::Done`. May be called by any thread. Under the virtual clock, the script is
+    /// carried out before this returns or, if a firing with a cost is in progress, at the end of that firing.
     pub fn submit(&self, source: SourceId, script: Box<Script>) {
         self.put(source, script, true);
     }
 
-    /// Submits a script whose acknowledgement nobody waits for: a sleeping source of this process is not woken. It is carried out with
-    /// the next activity; on a timer before the next firing.
+    /// Submits a script whose acknowledgement no caller waits for, so a sleeping source of this process is not woken. The script is
+    /// carried out at the source's next activity; on a timer, before the next firing.
     pub fn submit_at_leisure(&self, source: SourceId, script: Box<Script>) {
         self.put(source, script, false);
     }

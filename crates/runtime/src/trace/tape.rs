@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tape of a source. While recording, it stores each answer from outside in the order of the queries; while playing, the same queries
+//! Tape of a source. During recording, it stores each external answer in the order of the queries; during playback, the same queries
 //! return the stored answers. The answers of one firing or script form one [`Stretch`].
 use device::DeviceError;
 use kernel::tape::{Occasion, Tape};
@@ -8,24 +8,24 @@ use std::cell::UnsafeCell;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Segment of a record: the events in a source between two moments at which others can observe it.
+/// Segment of a record: the events in a source between two moments at which it can be observed from outside.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Stretch {
     /// Subject of the segment.
     pub occasion: Occasion,
     /// Position among the segments of all sources, in the order in which they ended.
     pub serial: u64,
-    /// Number of previous segments of this source that were lost for lack of room; 0 in a complete record.
+    /// Number of preceding segments of this source that were lost because the buffer was full; 0 in a complete record.
     pub lost: u64,
-    /// Number of the firing; for a script, of the previous firing.
+    /// Number of the firing or, for a script, of the previous firing.
     pub number: u64,
-    /// Release of the firing, or time of execution of the script, ns on the clock.
+    /// Release time of the firing, or time of execution of the script, ns on the clock.
     pub time_ns: i64,
-    /// Digest of all values that the source's blocks had stored at its end.
+    /// Digest of all values that the source's blocks had stored at the end of the segment.
     pub digest: u64,
-    /// True if a fault stopped the source in it.
+    /// True if a fault stopped the source in the segment.
     pub stopped: bool,
-    /// Answers from outside, in order.
+    /// External answers, in order.
     pub answers: Vec<u8>,
 }
 
@@ -63,7 +63,7 @@ impl Ask {
     }
 }
 
-/// Maximum size of the answers of one segment, and of those waiting to be taken, in bytes.
+/// Maximum size in bytes: of the answers of one segment, and of the answers waiting to be taken.
 const ANSWERS_MAX: usize = 1 << 20;
 const WAITING_MAX: usize = 1 << 23;
 
@@ -81,7 +81,7 @@ enum Side {
 }
 
 struct Recording {
-    /// Head of the segment, followed by its answers.
+    /// Header of the segment, followed by its answers.
     bytes: Vec<u8>,
     overflowed: bool,
     lost: u64,
@@ -97,11 +97,11 @@ struct Playing {
     differs: Option<String>,
 }
 
-/// End of a tape from which segments are taken, off the real-time path.
+/// End of a tape from which complete segments are taken, off the real-time path.
 pub struct Taker(Consumer<u8>);
 
 impl SourceTape {
-    /// Makes a tape that records; `serials` is shared by all sources.
+    /// Creates a tape that records; `serials` is shared by all sources.
     pub fn recording(serials: Arc<AtomicU64>) -> (Arc<SourceTape>, Taker) {
         let (out, taken) = RingBuffer::new(WAITING_MAX);
         // Touched, so that no page fault occurs later.
@@ -110,7 +110,7 @@ impl SourceTape {
         (Arc::new(SourceTape(UnsafeCell::new(side))), Taker(taken))
     }
 
-    /// Makes a tape that plays.
+    /// Creates a tape that plays back.
     pub fn playing() -> Arc<SourceTape> {
         Arc::new(SourceTape(UnsafeCell::new(Side::Plays(Playing::default()))))
     }
@@ -121,20 +121,20 @@ impl SourceTape {
         unsafe { &mut *self.0.get() }
     }
 
-    /// Loads the answers of the next segment, when playing.
+    /// Loads the answers of the next segment, for playback.
     pub fn load(&self, answers: &[u8]) {
         if let Side::Plays(side) = self.side() {
             *side = Playing { answers: answers.to_vec(), at: 0, differs: None };
         }
     }
 
-    /// Returns, when playing, the first mismatch between queries and answers, if any; left-over answers count as a mismatch.
+    /// Returns, during playback, the first mismatch between queries and answers, if any; left-over answers count as a mismatch.
     pub fn differs(&self) -> Option<String> {
         let Side::Plays(side) = self.side() else { return None };
         side.differs.take().or_else(|| (side.at < side.answers.len()).then(|| format!("the record continues with {}", Ask::of(side.answers[side.at]))))
     }
 
-    /// Stores, when recording, an answer of a connection.
+    /// Stores an answer of a connection, during recording.
     pub fn put(&self, ask: Ask, words: &[u64], bytes: &[u8]) {
         if let Side::Records(side) = self.side() {
             side.put(ask, &[]);
@@ -143,12 +143,12 @@ impl SourceTape {
         }
     }
 
-    /// Returns, when playing, which of these kinds the next answer has.
+    /// Returns, during playback, which of these kinds the next answer has.
     pub fn one_of(&self, asks: &[Ask]) -> Option<Ask> {
         if let Side::Plays(side) = self.side() { side.one_of(asks) } else { None }
     }
 
-    /// Takes, when playing, the bytes of an answer.
+    /// Takes the bytes of an answer, during playback.
     pub fn take(&self, into: &mut [u8]) {
         if let Side::Plays(side) = self.side()
             && let Some(bytes) = side.take(into.len())
@@ -157,7 +157,7 @@ impl SourceTape {
         }
     }
 
-    /// Takes, when playing, a word of an answer.
+    /// Takes a word of an answer, during playback.
     pub fn take_word(&self) -> u64 {
         let mut word = [0; 8];
         self.take(&mut word);
@@ -297,7 +297,7 @@ impl Playing {
 const HEAD_LEN: usize = 64;
 
 impl Taker {
-    /// Takes the next segment, if one waits.
+    /// Takes the next segment, if one is complete.
     pub fn take(&mut self) -> Option<Stretch> {
         let mut head = [0; HEAD_LEN];
         self.0.pop_entire_slice(&mut head).ok()?;

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reading end of a connection whose reader is traced: its values are recorded, or come from the record.
+//! Reading end of a connection whose reader is traced: its values are recorded, or read from the record.
 use crate::trace::tape::{Ask, SourceTape};
 use interconnect::{ConnectionSpec, Header, Receiver};
 use std::sync::Arc;
 
 /// A reading end with the tape of its source.
 pub(crate) struct TapedReceiver {
-    /// `None` if everything comes from the record.
+    /// Underlying reading end; `None` if all values come from the record.
     inner: Option<Box<dyn Receiver>>,
     tape: Arc<SourceTape>,
     group: Vec<u8>,
     row: Vec<u8>,
-    /// The row that was peeked at; peeking again returns the same one.
+    /// Row that was peeked at; peeking again returns the same row.
     held: Option<u64>,
 }
 

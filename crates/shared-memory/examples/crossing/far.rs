@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The far side, which answers bursts and sleeps between them.
+//! The far side, which answers bursts and sleeps in between.
 use crate::place::{core, pin};
 use crate::wires::Wire;
 use std::io::{BufRead, BufReader, Write, stdin, stdout};
 use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-/// Far side as seen from this one: a process or a thread.
+/// Far side as seen from the near side: a process or a thread.
 pub enum Far {
     Process(Child, BufReader<ChildStdout>),
     Thread(Sender<u64>, Receiver<()>),
@@ -38,7 +38,7 @@ impl Far {
         Far::Thread(tell, said)
     }
 
-    /// Makes the far side answer the next `count` groups, or perform its other task; returns when it is ready.
+    /// Makes the far side answer the next `count` groups, or perform its other task; returns when the far side is ready.
     pub fn tell(&mut self, count: u64) {
         match self {
             Far::Process(child, _) => {
@@ -90,7 +90,7 @@ pub fn bursts(mut wire: impl Wire, len: usize) {
     commands(|count| answer(&mut wire, len, count));
 }
 
-/// Reports that it is ready, before the first command and at each, and carries out each command.
+/// Reports readiness before the first command and after each command, and carries out each command.
 pub fn commands(mut carry_out: impl FnMut(u64)) {
     let ready = || {
         println!("ready");

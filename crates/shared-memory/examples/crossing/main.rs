@@ -3,9 +3,9 @@
 //!
 //!     crossing ROUNDS [threads] [processes]
 //!
-//! A polled time is half a round trip of a group and an equal one that returns; both sides copy all values in and out. A waking time
-//! lasts from before the push to the call that raises the reader. Each is measured in turns with its peers, on the same two cores, at
-//! real-time priority if permitted: a bare word in memory followed by the values, a bare futex, and the publish-subscribe and event
+//! A polled time is half a round trip of a group and an equal one that returns; both sides copy all values in and out. A waking time is
+//! measured from before the push to the call that raises the reader. Each is measured alternately with its peers, on the same two cores,
+//! at real-time priority if permitted: a bare word in memory followed by the values, a bare futex, and the publish-subscribe and event
 //! services of iceoryx2.
 mod far;
 mod place;
@@ -76,7 +76,7 @@ fn not_taken() {
     .print();
 }
 
-/// Prints a line that compares times taken in turns: the median of each side, and the median of the ratios of all turns.
+/// Prints a line that compares times measured alternately: the median of each side, and the median of the ratios.
 fn compare(row: &str, what: &str, beside: &str, turns: &[(f64, f64)], bar: Option<(f64, &str)>, note: &str) {
     let ratio = report::median(turns.iter().map(|(ours, theirs)| ours / theirs));
     let median = |of: fn(&(f64, f64)) -> f64| report::time(report::median(turns.iter().map(of)));

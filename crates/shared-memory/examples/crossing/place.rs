@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Cores, clocks, and memory with nothing around it.
+//! Cores, clocks, and bare shared memory.
 use std::path::PathBuf;
 use std::ptr::NonNull;
 use std::sync::OnceLock;
 
 pub const PRIORITY: u8 = 60;
 
-/// Returns the last core that this process may use when it starts, which is the core of the far side. This side uses the core below it.
+/// Returns the core of the far side: the last core that this process may use at its start. The near side uses the core below it.
 pub fn core() -> usize {
     static CORE: OnceLock<usize> = OnceLock::new();
     // SAFETY: fills in a local set.
@@ -17,7 +17,7 @@ pub fn core() -> usize {
     })
 }
 
-/// Pins this thread, and the threads that it starts, to a core, at a real-time priority if permitted.
+/// Pins this thread, and the threads that it starts, to a core, and gives them a real-time priority if permitted.
 pub fn pin(core: usize) {
     scheduling::pin(core);
     scheduling::prioritise(PRIORITY, scheduling::Children::Inherit);

@@ -6,11 +6,11 @@ use crate::place::{core, now_ns, pin, run};
 use crate::report::thousands;
 use crate::wires::{Connections, PublishSubscribe, Wire, Word};
 
-/// Groups in a burst, and in the warm-up before it, which is not counted.
+/// Number of groups in a burst; also the number in the warm-up before it, which is not counted.
 const BURST: u64 = 2_000;
 const WARM_UP: u64 = 200;
 
-/// Returns the bar for one value. A group has no bar, because it needs more than one shared cache line.
+/// Returns the bar for a single value. A group has no bar, because it needs more than one shared cache line.
 fn svv_bar(values: usize) -> Option<(f64, &'static str)> {
     (values == 1).then_some((2.0, "≤ 2 ×"))
 }

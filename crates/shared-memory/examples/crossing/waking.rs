@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rows that wake the reader's process, timed until the call that raises the reader.
+//! Rows that wake the reader's process, timed up to the call that raises the reader.
 use crate::compare;
 use crate::far::{Far, commands};
 use crate::place::{bare, core, now_ns, pin, rest, run};
@@ -16,10 +16,10 @@ const ROWS: usize = 200;
 /// Pause between two rows, during which the reader goes to sleep.
 const PAUSE_NS: i64 = 200_000;
 const SPEC: ConnectionSpec = ConnectionSpec { writer: 0, reader: 1, asynchronous_len: 0, queue_row_len: 8, queue_depth: 4 };
-/// Number of the connection, distinct from those of `polled`.
+/// Number of the connection, distinct from the numbers used in `polled`.
 const CONNECTION: u64 = 9;
 
-/// Memory in which the far side records when it was woken.
+/// Memory in which the far side records the time at which it was woken.
 struct Woken {
     at_ns: AtomicI64,
     count: AtomicU32,
@@ -92,7 +92,7 @@ pub fn between_processes(rounds: usize) {
     compare("processes", what, "bare futex", &beside(|turn| turn.2), Some((1.5, "≤ 1.5 ×")), note);
 }
 
-/// Runs the far side of one kind.
+/// Runs the far side of the given kind.
 pub fn serve(kind: &str, run: u64) {
     let woken = woken(kind, run);
     match kind {

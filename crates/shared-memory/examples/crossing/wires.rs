@@ -9,10 +9,10 @@ use shared_memory::SharedMemory;
 use std::ptr::NonNull;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Both directions, as seen from one side.
+/// Both directions of a wire, as seen from one side.
 pub trait Wire {
     fn send(&mut self, number: u64, values: &[u8]);
-    /// Returns the number of a new group once, and copies its values out.
+    /// Copies out the values of a new group, once, and returns the group's number.
     fn poll(&mut self, values: &mut [u8]) -> Option<u64>;
 }
 
@@ -33,7 +33,7 @@ impl Connections {
         (Connections { sender: to, receiver: back }, Connections { sender: from, receiver: at })
     }
 
-    /// Creates one side, in shared memory: `side` is 0 or 1.
+    /// Creates one side (`side` is 0 or 1) in shared memory.
     pub fn shared(side: u64, len: usize, run: u64) -> Self {
         let mut ends = SharedMemory::new("crossing", run).expect("there is shared memory");
         let sender = ends.sender(side, &spec(len)).expect("the end is free");
@@ -103,7 +103,7 @@ pub struct PublishSubscribe {
     subscriber: Subscriber<ipc::Service, [u8], ()>,
 }
 
-/// Creates a participant of iceoryx2 whose files lie in the folder of the measurement.
+/// Creates an iceoryx2 node whose files are in the folder of the measurement.
 pub fn participant(run: u64) -> Node<ipc::Service> {
     set_log_level(LogLevel::Error);
     let mut config = Config::global_config().clone();

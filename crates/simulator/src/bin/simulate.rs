@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Runs seeds for a time, or a number of them, or one: `simulate --help`.
+//! Runs seeds for a given time, a given number of seeds, or a single seed: `simulate --help`.
 use simulator::{Failure, run, shrink};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
@@ -42,7 +42,7 @@ fn asked() -> Result<CommandLine, String> {
     Ok(asked)
 }
 
-/// Returns the first seed of today: each day has 10 million.
+/// Returns today's first seed; each day has 10 million seeds.
 fn first_of_today() -> u64 {
     let days = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs() / 86_400);
     days * 10_000_000

@@ -10,12 +10,12 @@ pub(super) struct Making<'a> {
     pub draw: Numbers,
 }
 
-/// A block of the verb.
+/// Block used by the verb.
 struct Use {
     label: String,
     of: &'static str,
     source: usize,
-    /// The producer of this verb that drives the block; the block itself if another verb does.
+    /// Producer of this verb that drives the block; the block itself if the producer belongs to another verb.
     driven_by: Option<String>,
 }
 
@@ -26,12 +26,12 @@ struct Parts {
     chi: Map<String, Json>,
     cells: Map<String, Json>,
     tags: Vec<String>,
-    /// ψ → targets.
+    /// ψ name → targets.
     psi: Map<String, Json>,
     inputs: Vec<(&'static str, u64)>,
     outputs: Map<String, Json>,
     conditions: Map<String, Json>,
-    /// Conditions reported by blocks, in the form in which command lists wait for them.
+    /// Conditions that blocks report, in the format in which command lists wait for them.
     waits: Vec<String>,
 }
 
@@ -142,7 +142,7 @@ impl Making<'_> {
         }
     }
 
-    /// Adds a block that reads values of a producer of this verb or of another verb.
+    /// Adds a block that reads values from a producer of this verb or of another verb.
     fn reader(&mut self, parts: &mut Parts, index: usize) {
         let label = format!("r{index}");
         let producers: Vec<(String, usize, bool)> =
@@ -185,7 +185,7 @@ impl Making<'_> {
         parts.parameters.push(Parameter { name: label, kind: Kind::Channel });
     }
 
-    /// Returns a meaningful command list: executed blocks, activated blocks, waits, and deactivations.
+    /// Returns a plausible command list: executed blocks, activated blocks, waits, and deactivated blocks.
     fn commands(&mut self, parts: &Parts) -> Vec<Json> {
         let mut commands = Vec::new();
         for of in &parts.uses {

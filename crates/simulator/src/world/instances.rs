@@ -39,7 +39,7 @@ impl World {
         format!("{words}: {answer}")
     }
 
-    /// Returns the arguments for a verb's parameters, with the resulting claims.
+    /// Returns arguments for a verb's parameters, and the resulting claims.
     fn arguments(&self, verb: &Verb, index: usize, draw: &mut Numbers) -> (Map<String, Json>, Life) {
         let (mut arguments, mut life) = (Map::new(), Life { verb: index, ..Life::default() });
         let pools = Program::pairs();
@@ -127,7 +127,7 @@ impl World {
         Ok(words)
     }
 
-    /// Returns the reason why the refusal of a start is unfounded; `None` if it is justified.
+    /// Returns the reason why refusing a start was unjustified; `None` if it was justified.
     fn unfounded(&self, name: &str, refusals: &Refusals, before: &str, conflict: Option<String>) -> Option<String> {
         let life = &self.lives.of[name];
         let statistics = || self.system.statistics();
@@ -188,7 +188,7 @@ impl World {
         format!("wait for '{name}', {ms} ms at the most: {}", self.told("wait", json!({"instance": id, "timeout_ns": ms as i64 * MS})).0)
     }
 
-    /// Begins a call that lasts, and continues it while others act.
+    /// Starts a long call, and continues it while other callers act.
     pub(crate) fn begin(&mut self, caller: usize, call: &'static str, arguments: Json) -> String {
         let words = format!("caller {caller}: {call} {arguments}");
         let answer = self.go_on(caller, call, &arguments);
@@ -243,7 +243,7 @@ impl World {
         format!("set {values} of '{name}': {}", self.told("set", json!({"instance": id, "values": values})).0)
     }
 
-    /// Stores a value from the program into an SVV that no block stores.
+    /// Stores a value from the program in an SVV that no block stores.
     pub(crate) fn write(&mut self, of: Operation) -> String {
         let svv = format!("s{}.{}", of.a % PAIRS, ["a", "b"][of.b % 2]);
         format!("write 0.5 to '{svv}': {}", self.told("write", json!({"name": svv, "value": 0.5})).0)

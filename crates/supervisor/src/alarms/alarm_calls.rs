@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Calls for alarms: defining texts, raising alarms for the programming system, acknowledging, and listing.
+//! Calls for alarms: define texts, raise alarms for the programming system, acknowledge, and list.
 use crate::alarms::causes::{known_alarm, raise};
 use crate::alarms::list::{Alarm, AlarmList, AlarmText, Cause, RaisedAlarm, Severity};
 use crate::alarms::shelving_calls::ShelvingRequest;
@@ -9,7 +9,7 @@ use model::refusal::{Class, Refusals};
 use model::wording::printable;
 
 impl System {
-    /// Defines the text of an alarm code, or redefines it for future alarms.
+    /// Defines the text of an alarm code, or redefines it for subsequent alarms.
     pub fn define_alarm(&self, code: &str, said: AlarmText) -> Result<(), Refusals> {
         if code.is_empty() || said.text.is_empty() {
             return Err(refuse(Class::DefinitionError, format!("alarm '{code}' has no code or no text"), "give both"));
@@ -24,7 +24,7 @@ impl System {
         })
     }
 
-    /// Raises a defined alarm, which is active until it is cleared.
+    /// Raises a defined alarm, which stays active until it is cleared.
     pub fn raise_alarm(&self, code: &str, source: &str, text: &str) -> Result<(), Refusals> {
         self.shared.command(|core| {
             known_alarm(core, code)?;
@@ -42,7 +42,7 @@ impl System {
         })
     }
 
-    /// Acknowledges one alarm by its number, or all except shelved ones. Returns the number of newly acknowledged alarms.
+    /// Acknowledges the alarm with this number, or all alarms except shelved ones. Returns the number of newly acknowledged alarms.
     pub fn acknowledge_alarms(&self, number: Option<u64>) -> Result<usize, Refusals> {
         self.shared.command(|core| {
             if let Some(number) = number.filter(|n| !core.safety.alarms.current.iter().any(|a| a.number == *n)) {
@@ -65,8 +65,7 @@ impl System {
     /// Removes an alarm from the list for a limited time.
     ///
     /// # Errors
-    /// `CallError` without a reason, `OutOfRange` beyond 24 h, `UnknownName`, `NotAllowed` for alarms that must stay in the list:
-    /// emergency stops, losses, and the severity critical.
+    /// `CallError` without a reason, `OutOfRange` beyond 24 h, `UnknownName`, `NotAllowed` for alarms that must stay in the list: emergency stops, losses, and alarms of critical severity.
     pub fn shelve_alarm(&self, asked: &ShelvingRequest) -> Result<(), Refusals> {
         self.shared.command(|core| core.shelve(asked))
     }

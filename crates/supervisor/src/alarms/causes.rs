@@ -17,7 +17,7 @@ pub(crate) const FORCED: &str = "forced";
 /// Conditions of ends that follow from another alarm or from a command.
 const FOLLOWS: [&str; 6] = ["emergency_stop", "device_lost", "processor_lost", "device_disabled", "halted", "aborted"];
 
-/// Conditions that have an alarm of their own, which the fault of a logical device would only repeat.
+/// Conditions that have their own alarm, which the fault of a logical device would only repeat.
 const TOLD: [&str; 2] = ["device_lost", "processor_lost"];
 
 pub(crate) fn raise(core: &mut Core, raised: RaisedAlarm<'_>) {
@@ -29,7 +29,7 @@ pub(crate) fn raise(core: &mut Core, raised: RaisedAlarm<'_>) {
     }
 }
 
-/// Raises the alarm for conditions of a source that were lost because its kernel had no room for them.
+/// Raises the alarm for conditions of a source that were lost because the queue of its kernel was full.
 pub(crate) fn alarm_events_lost(core: &mut Core, source: &str, count: u64) {
     let text = format!("{count} conditions or other events of source '{source}' were lost: more arrived than there is room for");
     let remedy = "report less often, or spread the verbs over more sources";
@@ -43,25 +43,25 @@ pub(crate) fn alarm_returns(core: &mut Core, code: &str, source: &str) {
     core.safety.alarms.clear(now_ns, |a| a.code == code && a.source == source);
 }
 
-/// Raises the alarm of an emergency stop that was tripped by an input or by a call (`system`).
+/// Raises the alarm for an emergency stop that was tripped by an input or by a call (`system`).
 pub(crate) fn alarm_emergency(core: &mut Core, source: &str, reason: &str) {
     let (text, remedy) = (format!("emergency stop: {reason}"), "remove the cause, then reset");
     raise(core, RaisedAlarm { code: "emergency_stop", source, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Latch });
 }
 
-/// Clears the causes that a reset removes: the emergency stop, the faults of logical devices and the lost processors.
+/// Clears the causes removed by a reset: the emergency stop, the faults of logical devices, and the lost processors.
 pub(crate) fn alarm_reset(core: &mut Core) {
     let now_ns = core.host.now_ns();
     core.safety.alarms.clear(now_ns, |a| matches!(a.cause, Cause::Latch | Cause::Fault | Cause::Processor));
 }
 
-/// Raises the alarm of a lost physical device.
+/// Raises the alarm for a lost physical device.
 pub(crate) fn alarm_lost(core: &mut Core, device: &str, message: &str) {
     let (text, remedy) = (format!("physical device '{device}' was lost: {message}"), "check its power and cable, then open it again");
     raise(core, RaisedAlarm { code: "device_lost", source: device, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Loss });
 }
 
-/// Raises one alarm for a lost processor, however many sources, verbs and devices are lost with it. `place`: the process, if several
+/// Raises one alarm for a lost processor, however many sources, verbs and devices are lost with it. `place` is the process, if several
 /// processors share one.
 pub(crate) fn alarm_processor(core: &mut Core, place: &str, message: &str) {
     if core.safety.alarms.current.iter().any(|a| a.active && a.cause == Cause::Processor && a.source == place) {
@@ -77,26 +77,26 @@ pub(crate) fn alarm_forced(core: &mut Core, signal: &str, is_output: bool, to: &
     raise(core, RaisedAlarm { code: FORCED, source: signal, block: None, text, remedy, severity: Severity::High, cause: Cause::Forced });
 }
 
-/// Raises the alarm of a recording that ended prematurely. It is an event that a person must see.
+/// Raises the alarm for a recording that ended prematurely. It is an event that an operator must see.
 pub(crate) fn alarm_recording(core: &mut Core, why: &str) {
     let (code, source, remedy) = ("recording_failed", "system", "make room on the disk, and record into a new file");
     raise(core, RaisedAlarm { code, source, block: None, text: why.to_owned(), remedy, severity: Severity::Medium, cause: Cause::Event });
     alarm_returns(core, code, source);
 }
 
-/// Clears the alarm of a lost physical device that was closed or reopened.
+/// Clears the alarm for a lost physical device that was closed or reopened.
 pub(crate) fn alarm_closed(core: &mut Core, device: &str) {
     let now_ns = core.host.now_ns();
     core.safety.alarms.clear(now_ns, |a| a.cause == Cause::Loss && a.source == device);
 }
 
-/// Clears the alarm of a logical device that was enabled again or deleted.
+/// Clears the alarm for a logical device that was enabled again or deleted.
 pub(crate) fn alarm_enabled(core: &mut Core, device: &str) {
     let now_ns = core.host.now_ns();
     core.safety.alarms.clear(now_ns, |a| a.cause == Cause::Fault && a.source == device);
 }
 
-/// Raises the alarm that a condition names.
+/// Raises the alarm that a condition specifies.
 pub(crate) fn alarm_of_condition(core: &mut Core, id: u64, condition: usize, block: Option<&str>, message: &str) {
     let Some(instance) = core.instances.get(&id) else { return };
     let Some(code) = instance.plan.conditions.get(condition).and_then(|c| c.alarm.clone()) else { return };
@@ -107,7 +107,8 @@ pub(crate) fn alarm_of_condition(core: &mut Core, id: u64, condition: usize, blo
     alarm_returns(core, &code, &source);
 }
 
-/// Raises the alarm of a verb that ended abnormally. `owner`: the device whose own verb it was, if no command caused the end.
+/// Raises the alarm for a verb that ended abnormally. `owner` is the device whose own verb it was, if the end was not caused by a
+/// command.
 pub(crate) fn alarm_of_end(core: &mut Core, report: &Report, owner: Option<&str>, has_own: bool) {
     let text = match (&report.block, report.message.is_empty()) {
         (_, false) => format!("'{}' ended with '{}': {}", report.instance, report.condition, report.message),
@@ -127,7 +128,7 @@ pub(crate) fn alarm_of_end(core: &mut Core, report: &Report, owner: Option<&str>
     }
 }
 
-/// Checks that all alarms named by a verb's conditions have texts.
+/// Checks that texts are defined for all alarms that the verb's conditions specify.
 pub(crate) fn check_alarms(core: &Core, plan: &Plan) -> Result<(), Refusals> {
     let codes = plan.conditions.iter().filter_map(|c| Some((c, c.alarm.as_ref()?)));
     let known = || core.safety.alarms.texts.keys().map(String::as_str);

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! List of alarms: everything that a person has to know, until it has returned and been acknowledged.
+//! List of alarms: everything that an operator must know about, until it has returned and been acknowledged.
 //!
 //! The states are those of IEC 62682: active or returned, unacknowledged or acknowledged. Acknowledging does not remove an active alarm:
-//! it stays, acknowledged, until its cause is gone. An alarm that is both returned and acknowledged moves to the history. If the same
-//! alarm (code and source) recurs, it is counted and becomes unacknowledged again.
+//! it remains in the list, acknowledged, until its cause no longer exists. An alarm that is both returned and acknowledged moves to the
+//! history. If the same alarm (code and source) recurs, it is counted and becomes unacknowledged again.
 use crate::alarms::shelving::Shelving;
 use indexmap::IndexMap;
 use model::wording::printable;
@@ -34,11 +34,11 @@ pub struct AlarmText {
     pub severity: Severity,
 }
 
-/// One alarm.
+/// An alarm.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Alarm {
-    /// Number of the alarm, counted over the system.
+    /// Number of the alarm, unique within the system.
     pub number: u64,
     pub code: String,
     /// Verb, device or channel that raised the alarm.
@@ -52,16 +52,16 @@ pub struct Alarm {
     pub acknowledged: bool,
     /// Number of occurrences.
     pub count: u64,
-    /// Time of the last occurrence, on the system's clock and on the wall clock (ns since 1970; under the virtual clock the system's
-    /// own).
+    /// Time of the last occurrence, on the system's clock and on the wall clock (ns since the Unix epoch; if the system's clock is
+    /// virtual, its time is used for both).
     pub time_ns: i64,
     pub wall_ns: i64,
     pub returned_ns: Option<i64>,
     pub acknowledged_ns: Option<i64>,
-    /// True if the alarm can be shelved. Emergency stops, losses, critical alarms, and alarms of an earlier run stay in the list.
+    /// True if the alarm can be shelved. Emergency stops, losses, critical alarms, and alarms from an earlier run stay in the list.
     #[serde(default)]
     pub shelvable: bool,
-    /// Shelvings of the alarm, latest last.
+    /// Shelvings of the alarm, most recent last.
     #[serde(default)]
     pub shelvings: Vec<Shelving>,
     #[serde(skip)]
@@ -69,7 +69,7 @@ pub struct Alarm {
 }
 
 impl Alarm {
-    /// Makes the texts of the alarm safe for a terminal, because it comes from a program's own file.
+    /// Makes the texts of the alarm safe for a terminal, because they come from a program's own file.
     pub(crate) fn printable(self) -> Alarm {
         let (code, source, text, remedy) = (printable(self.code), printable(self.source), printable(self.text), printable(self.remedy));
         let shelvings = self.shelvings.into_iter().map(Shelving::printable).collect();
@@ -95,7 +95,7 @@ pub(crate) enum Cause {
     Forced,
 }
 
-/// Alarm to raise, before its texts are looked up.
+/// Alarm to be raised; its texts have not been looked up yet.
 pub(crate) struct RaisedAlarm<'a> {
     pub code: &'a str,
     pub source: &'a str,
@@ -106,25 +106,25 @@ pub(crate) struct RaisedAlarm<'a> {
     pub cause: Cause,
 }
 
-/// Maximum number of current alarms; no person could read more.
+/// Maximum number of current alarms, more than any person could read.
 pub(crate) const CURRENT_MAX: usize = 1000;
 /// Maximum number of past alarms; [`Alarms::trim`] drops the rest.
 pub(crate) const HISTORY_MAX: usize = 1000;
 
-/// The alarms of a system, as returned by a call.
+/// Alarms of a system, as returned by a call.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "Alarms"))]
 pub struct AlarmList {
     /// Alarms that are active or not acknowledged, newest last.
     pub current: Vec<Alarm>,
-    /// Alarms that an operator has removed from that list for a limited time.
+    /// Alarms that an operator has removed from the list of current alarms for a limited time.
     pub shelved: Vec<Alarm>,
     /// Alarms of the past, oldest first.
     pub history: Vec<Alarm>,
     /// Text of each code.
     pub texts: IndexMap<String, AlarmText>,
-    /// Number of alarms that were dropped before they were over because the list was full.
+    /// Number of current alarms that were dropped because the list was full.
     pub dropped: u64,
 }
 
@@ -135,7 +135,7 @@ pub(crate) struct Alarms {
     pub current: Vec<Alarm>,
     pub history: VecDeque<Alarm>,
     pub last: u64,
-    /// Number of alarms that were dropped before they were over because the list was full.
+    /// Number of current alarms that were dropped because the list was full.
     pub dropped: u64,
     /// True if the wall clock may be read.
     pub has_wall: bool,
@@ -147,7 +147,7 @@ impl Alarms {
         if self.has_wall { wall().unwrap_or(now_ns) } else { now_ns }
     }
 
-    /// Raises an alarm. Returns the alarm that was dropped to make room for it, if any.
+    /// Raises an alarm. Returns the alarm that was dropped to make space for it, if any.
     pub fn raise(&mut self, raised: RaisedAlarm<'_>, now_ns: i64) -> Option<Alarm> {
         let wall_ns = self.wall_ns(now_ns);
         let said = self.texts.get(raised.code);
@@ -194,7 +194,7 @@ impl Alarms {
         dropped
     }
 
-    /// Drops one alarm and returns it: returned alarms before active ones, then the least severe, then the oldest.
+    /// Drops one alarm and returns it: returned alarms before active ones, then the least severe one, then the oldest.
     fn drop_one(&mut self, now_ns: i64) -> Option<Alarm> {
         let mildest = (0..self.current.len()).min_by_key(|&at| (self.current[at].active, self.current[at].severity))?;
         let mut gone = self.current.remove(mildest);
@@ -240,8 +240,8 @@ impl Alarms {
         self.trim();
     }
 
-    /// Trims the history to its bound by dropping the oldest entries of the most frequent code, so that a chattering alarm does not push
-    /// out the others.
+    /// Trims the history to its limit by dropping the oldest entries of the most frequent code, so that a chattering alarm does not
+    /// displace the others.
     pub fn trim(&mut self) {
         let over = self.history.len().saturating_sub(HISTORY_MAX);
         if over == 0 {

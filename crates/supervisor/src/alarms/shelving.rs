@@ -3,21 +3,22 @@
 use model::wording::printable;
 use serde::{Deserialize, Serialize};
 
-/// A shelving of an alarm: a period for which it is removed from the list.
+/// Shelving of an alarm: a period for which it is removed from the list.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Shelving {
     /// Person or session that shelved the alarm.
     pub who: String,
     pub reason: String,
-    /// Time of the shelving, on the system's clock and on the wall clock (ns since 1970; under the virtual clock the system's own).
+    /// Time of the shelving, on the system's clock and on the wall clock (ns since the Unix epoch; if the system's clock is virtual, its
+    /// time is used for both).
     pub time_ns: i64,
     pub wall_ns: i64,
     /// Time at which the shelving expires.
     pub until_ns: i64,
-    /// Time at which the shelving ended; null while it lasts.
+    /// Time at which the shelving ended; null as long as it lasts.
     pub ended_ns: Option<i64>,
-    /// Person or session that ended the shelving; empty if it expired, or if the alarm became one that cannot be shelved.
+    /// Person or session that ended the shelving; empty if it expired, or if it ended because the alarm can no longer be shelved.
     pub ended_by: String,
 }
 

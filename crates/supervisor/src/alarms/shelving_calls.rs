@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Shelving: an operator removes an alarm from the list for a limited time and states a reason (ISA-18.2). The alarm itself is shelved,
-//! not one occurrence of it: if it returns and recurs meanwhile, it stays shelved.
+//! Shelving: an operator removes an alarm from the list for a limited time, stating a reason (ISA-18.2). The alarm itself is shelved, not
+//! one occurrence of it: if it returns and recurs in the meantime, it stays shelved.
 use crate::alarms::list::{Alarm, Alarms, Cause, Severity};
 use crate::alarms::shelving::Shelving;
 use crate::core::Core;
@@ -8,11 +8,11 @@ use crate::refuse::{refuse, unknown};
 use model::refusal::{Class, Refusals};
 use model::wording::printable;
 
-/// Maximum time for which an alarm can be shelved.
+/// Maximum duration of a shelving.
 const FOR_MAX_NS: i64 = 24 * 3600 * 1_000_000_000;
-/// Maximum number of shelvings recorded with an alarm; the latest are kept.
+/// Maximum number of shelvings recorded with an alarm; only the most recent are kept.
 const REMEMBERED_MAX: usize = 16;
-/// Maximum number of characters of a reason.
+/// Maximum number of characters in a reason.
 const REASON_MAX: usize = 400;
 
 /// Request to shelve an alarm.
@@ -71,7 +71,7 @@ impl Alarms {
 }
 
 impl Core {
-    /// Shelves an alarm. An alarm that is already shelved gets the new time and reason.
+    /// Shelves an alarm. If it is already shelved, its expiry and reason are replaced.
     pub fn shelve(&mut self, asked: &ShelvingRequest) -> Result<(), Refusals> {
         let reason = printable(asked.reason.trim());
         if reason.is_empty() || reason.chars().count() > REASON_MAX {
@@ -116,7 +116,7 @@ impl Core {
         Ok(true)
     }
 
-    /// Returns alarms to the list whose shelving has expired.
+    /// Returns all alarms whose shelving has expired to the list.
     pub fn serve_shelvings(&mut self, now_ns: i64) {
         if self.safety.alarms.next_unshelving().is_none_or(|until_ns| until_ns > now_ns) {
             return;

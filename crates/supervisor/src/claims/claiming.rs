@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Claims: an instance owns everything that it can write from start to end, all or nothing. A claim held by another instance is refused,
-//! or, if the logical device concerned declares it, queued in the order of the starts, or taken by aborting the holder. A start takes all
-//! its claims at once and never holds one while waiting for another, so there is no deadlock.
+//! Claims: from start to end, an instance owns everything that it can write, or the start is not admitted. A claim held by another
+//! instance is refused or, if the logical device concerned declares so, queued in the order of the starts, or taken by aborting the
+//! holder. A start takes all its claims at once and never holds one while waiting for another, so deadlock is impossible.
 use crate::core::Core;
 use crate::instances::cause::Cause;
 use crate::instances::course::Course;
@@ -14,15 +14,15 @@ use model::plan::Plan;
 use model::refusal::Refusals;
 use std::collections::BTreeSet;
 
-/// Result of a start's claims.
+/// Outcome of a start's claims.
 pub(crate) enum Admission {
     Now,
-    /// The start begins when these instances have ended.
+    /// The start begins after these instances have ended.
     Later(Vec<String>),
 }
 
 impl Core {
-    /// Decides whether a start may begin now, later, or not at all.
+    /// Decides whether a start may begin immediately, later, or not at all.
     pub fn arbitrate(&mut self, request: &Request) -> Result<Admission, Refusals> {
         let instance = &self.instances[&request.id];
         let (plan, name) = (instance.plan.clone(), instance.name.clone());
@@ -50,7 +50,7 @@ impl Core {
         Ok(Admission::Later(holders.iter().map(|h| self.instances[h].name.clone()).collect()))
     }
 
-    /// Begins queued starts that can begin, in order; aborts holders if they are all that is left to wait for.
+    /// Begins queued starts that can begin, in order; aborts holders if a start waits only for them.
     pub fn serve_queue(&mut self) {
         let mut place = 0;
         while let Some(request) = self.instances.queue.get(place) {
@@ -76,7 +76,7 @@ impl Core {
         }
     }
 
-    /// Begins a start whose turn has come, if its preconditions still hold.
+    /// Begins a start whose turn has come, provided that its preconditions still hold.
     fn admit(&mut self, request: Request) {
         let instance = &self.instances[&request.id];
         let (id, name) = (instance.id, instance.name.clone());
@@ -95,8 +95,8 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// Ends an instance, once, because a later start takes its claims. If the start acts on all devices of the instance, it takes over at
-    /// once; otherwise the instance first comes to rest.
+    /// Ends an instance, once, because a later start takes its claims. If that start acts on all devices of the instance, it takes over
+    /// immediately; otherwise the instance first comes to rest.
     fn abort(&mut self, by: &str, plan: &Plan) {
         let id = self.id;
         let message = format!("'{by}' was started");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Takeover by a start: of the SVVs that its instance writes, and of the values that ψ stores.
+//! Takeover by a start of the SVVs that its instance writes, and of the values that ψ stores.
 use crate::movements::carrier::Carrier;
 use crate::movements::sequence::{CarriedCell, Movement, Object};
 use crate::starting::psi::stored_svvs;
@@ -8,7 +8,7 @@ use model::interface::Mode;
 use model::plan::{CellKind, Plan, Target};
 
 impl Carrier<'_> {
-    /// Keeps the values that ψ stores into SVVs, for images that are created later.
+    /// Keeps the values that ψ stores in SVVs, for images that are created later.
     pub fn keep_stored(&mut self, plan: &Plan, stores: &[(Target, Vec<u8>)]) {
         let now_ns = self.host.now_ns();
         for (_, name, bytes) in stored_svvs(plan, stores) {
@@ -21,7 +21,7 @@ impl Carrier<'_> {
         }
     }
 
-    /// Moves the SVVs that the instance writes to its sources; replaces connections if the writer's source changes.
+    /// Moves the SVVs that the instance writes to its sources; replaces connections if the source of the writer changes.
     pub fn take_over(&mut self, id: u64) -> Vec<Movement> {
         let instance = &self.instances[&id];
         let plan = instance.plan.clone();

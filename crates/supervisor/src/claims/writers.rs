@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Current writer of an SVV, and its source. Among the possible writers it is a port of the instance that has claimed the SVV.
+//! Current writer of an SVV, and its source: of the possible writers, a port of the instance that has claimed the SVV.
 use crate::registry::Registry;
 use crate::svvs::cells::WriterRecord;
 use indexmap::IndexMap;
 use kernel::{BlockId, SourceId};
 use model::plan::{CellKind, Claim, Plan};
 
-/// (writing source, reading source).
+/// Pair of the writing source and the reading source.
 pub(crate) type Pair = (SourceId, SourceId);
 
 impl Registry {
@@ -18,7 +18,7 @@ impl Registry {
         held().find(|writer| Some(writer.block) == record.written_by).or_else(|| held().next()).or_else(|| record.writers.first())
     }
 
-    /// Makes `source` the home of an SVV: its cell there holds the current value. Returns the pairs that change.
+    /// Makes `source` the home of an SVV, in which its cell holds the current value. Returns the pairs that change.
     pub fn hand_over(&mut self, svv: &str, source: SourceId) -> Vec<Pair> {
         let Some(record) = self.svvs.get_mut(svv) else { return Vec::new() };
         if record.home == Some(source) {
@@ -34,12 +34,12 @@ impl Registry {
         pairs
     }
 
-    /// Makes a block of the claiming instance the writer of an SVV; returns true if the writer changed.
+    /// Makes a block of the claiming instance the writer of an SVV; returns true if this changes the writer.
     pub fn writes(&mut self, svv: &str, block: BlockId) -> bool {
         self.svvs.get_mut(svv).is_some_and(|svv| svv.written_by.replace(block) != Some(block))
     }
 
-    /// Returns the SVVs that a plan writes and that other instances are bound to.
+    /// Returns the SVVs that a plan writes and to which other instances are bound.
     pub fn shared_svvs(&self, plan: &Plan) -> Vec<String> {
         let written = plan.cells.iter().filter(|cell| !cell.writers.is_empty());
         let svvs = written.filter_map(|cell| if let CellKind::Svv { name, .. } = &cell.kind { Some(name) } else { None });

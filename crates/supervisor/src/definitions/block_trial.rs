@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Trial of a block without a system, under the same guard as firings: a failure is the block's fault and does not end this process.
+//! Trial of a block without a system, guarded like firings: a failure is a fault of the block and does not end this process.
 use crate::definitions::download::{library_faces, load};
 use crate::refuse::{refuse, unknown};
 use indexmap::IndexMap;
@@ -13,23 +13,23 @@ use serde_json::{Value as Json, json};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Maximum number of invocations of a trial; all values are kept until its end.
+/// Maximum number of invocations in a trial; all values are kept until it ends.
 const TIMES_MAX: usize = 10_000_000;
 
 /// Request for a trial.
 pub struct TrialRequest {
-    /// Constants.
+    /// Constant values by item.
     pub values: IndexMap<String, Value>,
     /// List of values for each input, one value per invocation.
     pub inputs: IndexMap<String, Vec<Value>>,
     pub times: usize,
-    /// Time from one invocation to the next.
+    /// Interval between invocations.
     pub period_ns: i64,
-    /// True if the interpreter of this process runs the block's body.
+    /// True if the interpreter of this process executes the block's body.
     pub is_interpreted: bool,
 }
 
-/// A block under trial.
+/// Trial of a block.
 pub struct BlockTrial {
     trial: Trial,
     interface: Interface,
@@ -78,7 +78,7 @@ fn is_shown(item: &Item) -> bool {
 }
 
 impl BlockTrial {
-    /// Runs the trial for about `slice` in the calling thread; returns false when it is finished.
+    /// Runs the trial for about `slice` on the calling thread; returns false when it is finished.
     pub fn go_on(&mut self, slice: Duration) -> Result<bool, Refusals> {
         let begun = Instant::now();
         while self.time < self.given.times && self.fault.is_null() {
@@ -91,7 +91,7 @@ impl BlockTrial {
         Ok(self.time < self.given.times && self.fault.is_null())
     }
 
-    /// Returns the values of each output, the conditions as (invocation, name, value or none), and the fault that ended the trial, if
+    /// Returns the values of each output, the conditions as (invocation, name, value or null), and the fault that ended the trial, if
     /// any.
     pub fn json(self) -> Json {
         json!({ "outputs": self.outputs, "conditions": self.conditions, "fault": self.fault })
@@ -123,7 +123,7 @@ impl BlockTrial {
     }
 }
 
-/// Returns n of a sized block: the value passed, or the length of a sized item's value.
+/// Returns n of a sized block: the passed value, or the length of a sized item's value.
 fn size_of(interface: &Interface, values: &IndexMap<String, Value>, inputs: &IndexMap<String, Vec<Value>>) -> Result<Option<u32>, Refusals> {
     let Some(item) = interface.items.iter().find(|i| i.kind == Kind::Size) else { return Ok(None) };
     if let Some(Value::Integer(n)) = values.get(&item.name) {
@@ -152,7 +152,7 @@ fn put(trial: &mut Trial, interface: &Interface, name: &str, value: &Value, size
     trial.set(name, &bytes).map_err(|why| refuse(Class::ValueRefused, why.to_string(), ""))
 }
 
-/// Returns the value that a condition reported, if it has one.
+/// Returns the value reported by a condition, if it has one.
 fn reported(trial: &Trial, interface: &Interface, name: &str, size: Option<u32>) -> Result<Option<Value>, Refusals> {
     let Some(item) = interface.items.iter().find(|i| i.name == name && !i.type_text.is_empty()) else { return Ok(None) };
     let of = Type::parse_sized(&item.type_text, &interface.types, size).map_err(|r| vec![r])?;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Catalogue of available code: the library and the downloaded modules.
+//! Catalogue of available code: the library, and downloaded modules.
 use indexmap::IndexMap;
 use model::interface::Interface;
 use opengpac::abi::Descriptor;
@@ -16,18 +16,18 @@ pub(crate) struct Code {
     pub interface: Arc<Interface>,
 }
 
-/// All blocks by `module.block`. A module replaces a previous one of the same name; existing instances keep theirs.
+/// All blocks by `module.block`. A module replaces a previous one with the same name; existing instances keep the old one.
 #[derive(Default)]
 pub(crate) struct Catalog {
     pub blocks: HashMap<String, Code>,
-    /// module → declarations of its struct types.
+    /// Declarations of struct types, by module.
     pub modules: IndexMap<String, IndexMap<String, String>>,
-    /// SHA-256 digests of all shared objects entered so far.
+    /// SHA-256 digests of all shared objects added so far.
     pub digests: BTreeSet<String>,
 }
 
 impl Catalog {
-    /// Enters a module.
+    /// Adds a module.
     pub fn enter(&mut self, module: &str, types: IndexMap<String, String>, blocks: Vec<Code>) {
         let prefix = format!("{module}.");
         self.blocks.retain(|name, _| !name.starts_with(&prefix));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Code: the library, and modules entered under a name.
+//! Code: the library, and modules added under a name.
 use crate::definitions::catalog::Code;
 use crate::definitions::download::load;
 use crate::observation::description::ModuleAbout;
@@ -11,7 +11,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 impl System {
-    /// Enters the library's blocks, as module `library`.
+    /// Adds the library's blocks as module `library`.
     pub(crate) fn enter_library(&self) {
         let types: Vec<_> = library::types().iter().filter_map(|t| opengpac::read::TypeFace::read(t).ok()).collect();
         let blocks = library::blocks();
@@ -20,9 +20,9 @@ impl System {
         self.enter_module("library", &faces, &types, Arc::new(rtp::Module::library()));
     }
 
-    /// Enters blocks that are part of this program (Rust blocks linked into it) as module `module`; an existing module of that name is
-    /// redefined. For code that arrives while the system runs see [`System::download`]. Fails with `ModuleError` if a descriptor is
-    /// invalid, and with `InUse` if an instance of the module's blocks runs.
+    /// Adds blocks that are part of this program (Rust blocks linked into it) as module `module`; an existing module with this name is
+    /// redefined. For code that arrives while the system is running, see [`System::download`]. Fails with `ModuleError` if a descriptor
+    /// is invalid, and with `InUse` if an instance of the module's blocks is running.
     pub fn enter(&self, module: &str, blocks: &[&'static opengpac::abi::Descriptor], types: &[&'static opengpac::abi::TypeDescriptor]) -> Result<(), Refusals> {
         self.refuse_busy_module(module)?;
         let wrong = |why: String| refuse(Class::ModuleError, format!("cannot enter module '{module}': {why}"), "");
@@ -32,7 +32,7 @@ impl System {
         Ok(())
     }
 
-    /// Enters blocks under a module's name; verbs that use them are rechecked when next applied.
+    /// Adds blocks under a module's name; verbs that use them are rechecked when next applied.
     pub(crate) fn enter_module(
         &self,
         module: &str,
@@ -61,7 +61,7 @@ impl System {
         self.shared.locked().safety.poisoned.remove(module);
     }
 
-    /// Refuses to redefine a module while verb instances of its blocks run or are suspended.
+    /// Refuses to redefine a module while verb instances that use its blocks are running or suspended.
     pub(crate) fn refuse_busy_module(&self, module: &str) -> Result<(), Refusals> {
         let core = self.shared.locked();
         let prefix = format!("{module}.");
@@ -80,13 +80,14 @@ impl System {
         self.shared.definitions().catalog.code()
     }
 
-    /// Returns the SHA-256 digests, in hexadecimal, of the shared objects of all code modules that the system has had.
+    /// Returns the SHA-256 digests, in hexadecimal, of the shared objects of all code modules that the system has ever loaded.
     pub fn module_digests(&self) -> Vec<String> {
         self.shared.definitions().catalog.digests.iter().cloned().collect()
     }
 
     /// Downloads a code module: C or C++ source, a shared object, or a compiled Rust module. Its blocks are named `module.block`; an
-    /// existing module of that name is redefined. `python`: the interpreter that tests modules and may have the `ziglang` wheel.
+    /// existing module with this name is redefined. `python` is the interpreter that tests modules, and in which the `ziglang` wheel may
+    /// be installed.
     pub fn download(&self, path: &Path, name: Option<&str>, python: &str) -> Result<ModuleAbout, Refusals> {
         let stem = path.file_stem().and_then(|s| s.to_str()).unwrap_or("module").trim_start_matches("lib").to_owned();
         let module = name.map_or(stem, str::to_owned);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Definitions of verbs, graphs and device types. They can be defined at any time, as long as no running instance is affected.
+//! Definitions of verbs, graphs and device types. They may be added or changed at any time, provided that no running instance is
+//! affected.
 use crate::refuse::{known_unit, refuse, refuse_at, unknown};
 use crate::system::System;
 use indexmap::IndexMap;
@@ -22,7 +23,7 @@ impl System {
         Ok(())
     }
 
-    /// Enters a verb. An equal definition has no effect; a different one of the same name is refused while an instance runs.
+    /// Adds a verb. An identical definition has no effect; a different one with the same name is refused while an instance is running.
     pub fn define_verb(&self, verb: Verb) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         if definitions.configuration.verbs.get(&verb.name) == Some(&verb) && definitions.checked.contains_key(&verb.name) {
@@ -35,7 +36,7 @@ impl System {
         Ok(())
     }
 
-    /// Refuses the call if an instance of the verb runs or is suspended.
+    /// Refuses the call if an instance of the verb is running or suspended.
     fn refuse_busy(&self, verb: &str, call: &str) -> Result<(), Refusals> {
         let core = self.shared.locked();
         match core.instances.values().find(|i| i.plan.verb == verb && i.is_busy()) {
@@ -48,18 +49,18 @@ impl System {
         }
     }
 
-    /// Collects every refusal of a graph's definition.
+    /// Checks a graph's definition; fails with all refusals.
     pub fn check_graph(&self, graph: &Graph) -> Result<(), Refusals> {
         let refusals = check_graph(graph, &self.as_configured());
         if refusals.is_empty() { Ok(()) } else { Err(refusals) }
     }
 
-    /// Composes a verb from several without entering it.
+    /// Composes a verb from several verbs without adding it to the system.
     pub fn compose(&self, composition: &Composition) -> Result<Verb, Refusals> {
         compose(composition, &self.as_configured())
     }
 
-    /// Enters a logical device type.
+    /// Adds a logical device type.
     pub fn define_device_type(&self, of: DeviceType) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         if definitions.configuration.device_types.get(&of.name) == Some(&of) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Code that arrives while the system runs.
+//! Code that arrives while the system is running.
 use crate::refuse::{refuse, refuse_at};
 use indexmap::IndexMap;
 use model::interface::Interface;
@@ -40,7 +40,7 @@ pub fn build(sources: &[PathBuf], output: Option<PathBuf>, python: &str) -> Resu
     })
 }
 
-/// Returns the blocks of the library, with their interfaces.
+/// Returns the interfaces of the library's blocks.
 pub fn library() -> Vec<Interface> {
     let (faces, types) = library_faces();
     let types: IndexMap<String, String> = types.iter().map(|t| (t.name.clone(), t.declaration.clone())).collect();

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Converts the block descriptions of a code module into interfaces for the model.
+//! Converts the block descriptions of a code module to interfaces for the model.
 use indexmap::IndexMap;
 use model::interface::{Interface, Item, Kind, Mode};
 use opengpac::read::{self, BlockFace, ItemFace};
 
-/// Returns the interface of a block of a module.
+/// Returns the interface of a module's block.
 pub(crate) fn interface(module: &str, face: &BlockFace, types: &IndexMap<String, String>) -> Interface {
     Interface {
         name: format!("{module}.{}", face.name),

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of values that have the right type but are not sensible: names that cannot be shown in a line of a log, sizes that no machine
+//! Checks of values that have the right type but are not sensible: names that cannot be shown on one line of a log, sizes that no machine
 //! has.
 use crate::refuse::refuse;
 use model::definition::SvvSpecification;
 use model::refusal::{Class, Refusals};
 
-/// Maximum number of characters of a name.
+/// Maximum number of characters in a name.
 const CHARACTERS_MAX: usize = 256;
 
 /// Maximum size of one value of an SVV, bytes.
@@ -14,14 +14,14 @@ const VALUE_MAX: usize = 16 << 20;
 /// Maximum size of the history of an SVV, bytes.
 const PAST_MAX: u64 = 1 << 30;
 
-/// Bytes of a row of the history in addition to its value: number and time.
+/// Size of the number and time stored with each value in the history, bytes.
 const STAMP: u64 = 16;
 
-/// Checks a name: 1 to 256 characters, not all blank, that can be shown in one line of a log. `what`: what it names, as in "the name of
-/// an SVV".
+/// Checks a name: 1 to 256 characters, not all blank, that can be shown on one line of a log. `what` is the kind of name, as in "the name
+/// of an SVV".
 ///
 /// # Errors
-/// [`Class::CallError`] with the rule that is violated.
+/// [`Class::CallError`] with the violated rule.
 pub fn check_name(what: &str, name: &str) -> Result<(), Refusals> {
     let refused = |why: String, remedy: String| Err(refuse(Class::CallError, format!("{what} is {why}"), remedy));
     if name.trim().is_empty() {
@@ -46,7 +46,7 @@ fn is_hidden(character: char) -> bool {
     character.is_control() || matches!(character, '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
 }
 
-/// Checks the specification of an SVV, whose values have `size` bytes.
+/// Checks the specification of an SVV whose values have `size` bytes.
 pub(crate) fn svv(called: &str, asked: &SvvSpecification, size: usize) -> Result<(), Refusals> {
     check_name("the name of an SVV", called)?;
     if size > VALUE_MAX {

@@ -26,7 +26,7 @@ pub(crate) struct Definitions {
 }
 
 impl Definitions {
-    /// Returns the checked form of a verb; it is checked again if a module that it may use has changed.
+    /// Returns the checked form of a verb; rechecks it if a module that it may use has changed.
     pub fn checked(&mut self, verb: &str) -> Result<Arc<CheckedVerb>, Refusals> {
         if let Some(checked) = self.checked.get(verb) {
             return Ok(checked.clone());
@@ -39,7 +39,7 @@ impl Definitions {
         Ok(checked)
     }
 
-    /// Returns the plan of an application in the current configuration, and its verb.
+    /// Returns the plan of an application in the current configuration, with its verb.
     pub fn planned(&mut self, application: &Application) -> Result<(Arc<CheckedVerb>, Arc<Plan>), Refusals> {
         let checked = self.checked(&application.verb)?;
         let plan = self.plans.of(application, &checked, &self.configuration)?;
@@ -48,8 +48,8 @@ impl Definitions {
 }
 
 impl Definitions {
-    /// Returns another processor in the process that a new one is to share; `None` if it is the first there. Fails if the process of that
-    /// name belongs to a single processor.
+    /// Returns a processor in the process that a new processor is to share; `None` if the new one is the first. Fails if the process with
+    /// that name belongs to a single processor.
     pub(crate) fn beside(&self, name: &str, location: &Location) -> Result<Option<&str>, Refusals> {
         let Some(process) = location.process(name) else { return Ok(None) };
         let Some((other, found)) = self.processors.iter().find(|(other, found)| found.location.process(other) == Some(process)) else { return Ok(None) };

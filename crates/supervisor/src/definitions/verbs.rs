@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Lists of the verbs and blocks of the system, for a person who searches them or starts a verb by hand.
+//! Lists of the verbs and blocks of the system, for a person who searches them or starts a verb manually.
 use crate::observation::description::ModuleAbout;
 use crate::refuse::unknown;
 use crate::system::System;
@@ -21,13 +21,13 @@ pub struct VerbSummary {
     pub supports: Vec<String>,
     /// True if the verb has only one command list.
     pub simple: bool,
-    /// Names of its command lists.
+    /// Names of the verb's command lists.
     pub lists: Vec<String>,
     /// Parts of a composed verb, by label.
     pub parts: IndexMap<String, Part>,
 }
 
-/// The paper's two classes of verbs.
+/// Class of a verb, one of the paper's two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum VerbClass {
@@ -38,7 +38,7 @@ pub enum VerbClass {
     ActsOnDevices,
 }
 
-/// Inputs requested for starting a verb.
+/// Contents of a form for starting a verb.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct VerbForm {
@@ -46,7 +46,7 @@ pub struct VerbForm {
     pub doc: String,
     /// True if the verb may be started in manual mode.
     pub manual: bool,
-    /// Arguments for creating an instance.
+    /// Arguments needed to create an instance.
     pub arguments: Vec<FormArgument>,
     /// Values that may be passed to a start.
     pub inputs: Vec<FormInput>,
@@ -55,7 +55,7 @@ pub struct VerbForm {
 }
 
 impl System {
-    /// Returns the verbs with their names, descriptions, supported device types or use of devices, lists and parts.
+    /// Returns the verbs with their names, descriptions, supported device types or the devices that they use, lists and parts.
     pub fn verbs(&self) -> Vec<VerbSummary> {
         let definitions = self.shared.definitions();
         let c = &definitions.configuration;
@@ -74,7 +74,7 @@ impl System {
         c.verbs.values().map(summary).collect()
     }
 
-    /// Returns the contents of a form that starts a verb: its arguments and input parameters, and the definition itself.
+    /// Returns the contents of a form for starting a verb: its arguments and input parameters, and the definition itself.
     pub fn verb_form(&self, name: &str) -> Result<VerbForm, Refusals> {
         let mut definitions = self.shared.definitions();
         let Some(verb) = definitions.configuration.verbs.get(name).cloned() else {
@@ -91,7 +91,7 @@ impl System {
         })
     }
 
-    /// Returns the interfaces of all blocks: of the library and of the downloaded code modules.
+    /// Returns the interfaces of all blocks in the library and the downloaded code modules.
     pub fn blocks(&self) -> Vec<Interface> {
         self.as_configured().interfaces.values().cloned().collect()
     }

@@ -14,7 +14,7 @@ use model::configuration::Configuration;
 use model::refusal::Refusals;
 
 impl Core {
-    /// Starts the device's own verb instance; a device without one is enabled at once. Returns the instance, or 0.
+    /// Starts the device's own verb instance; a device without one is enabled immediately. Returns the instance, or 0.
     pub fn enable(&mut self, device: &str, configuration: &Configuration) -> Result<u64, Refusals> {
         let record = self.registry.logical(device)?;
         match record.state {
@@ -38,8 +38,7 @@ impl Core {
         Ok(instance)
     }
 
-    /// Logs, once per physical device in the sources of an instance, that nothing makes the device safe if the process commanding it
-    /// exits.
+    /// Logs, once per physical device in an instance's sources, that the device is not made safe if the process commanding it exits.
     fn tell_unguarded(&mut self, instance: u64) {
         let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get(&instance) else { return };
@@ -53,7 +52,7 @@ impl Core {
         }
     }
 
-    /// Ends the verbs that use the device, then its own. Returns true if this is already done.
+    /// Ends the verbs that use the device, then the device's own verb. Returns true if they have already ended.
     pub fn disable(&mut self, device: &str) -> Result<bool, Refusals> {
         let record = self.registry.logical(device)?;
         let instance = record.instance;
@@ -76,8 +75,8 @@ impl Core {
         Ok(self.registry.logical[device].state == DeviceState::Disabled)
     }
 
-    /// Winds down in order: halts the actions, then disables the devices. Returns true when nothing runs. `is_late`: the lists to which τ
-    /// leads on `halted` have used up their time.
+    /// Winds down in order: halts the actions, then disables the devices. Returns true when no verb is running. `is_late` is true if the
+    /// lists to which τ leads on `halted` have exhausted their time.
     pub fn wind_down(&mut self, is_late: bool) -> bool {
         let mut actions: Vec<u64> = (self.instances.values())
             .filter(|i| i.owner.is_none() && matches!(i.state(), State::Queued | State::Running | State::Suspended) && !i.is_ending())
@@ -103,7 +102,7 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// Ends an instance without following τ or running an ending list.
+    /// Ends an instance immediately, without following τ or running an ending list.
     pub fn end_now(&mut self, condition: SystemCondition, message: &str) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -126,11 +125,11 @@ impl Course<'_> {
     }
 }
 
-/// Period for checking limits in the absence of events, ns.
+/// Interval for checking limits if no events occur, ns.
 const WATCH_NS: i64 = 5_000_000;
 
 impl Core {
-    /// Returns the latest time at which the supervisor must wake.
+    /// Returns the latest time at which the supervisor must wake up.
     pub fn next_wake(&self, now_ns: i64) -> Option<i64> {
         let watches = self.instances.values().any(|i| i.state() == State::Running && i.times.limits.overruns.is_some());
         let watch = watches.then_some(now_ns + WATCH_NS);
@@ -169,7 +168,7 @@ impl Core {
         Ok(())
     }
 
-    /// Records how much lost time a device allows.
+    /// Records the maximum lost time that a device allows.
     fn keep_gap_max(&mut self, device: &str, configuration: &Configuration) {
         if let Some(record) = self.registry.logical.get_mut(device) {
             record.gap_max_s = configuration.logical_devices.get(device).and_then(|of| number(of.parameters.get(GAP_MAX)?));

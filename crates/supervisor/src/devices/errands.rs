@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Service calls and device searches in progress, each kept until its answer is taken.
+//! Service calls and device searches in progress, each kept until its answer has been fetched.
 use crate::refuse::refuse;
 use device::ServiceError;
 use model::refusal::{Class, Refusals};
@@ -7,7 +7,7 @@ use serde_json::Value as Json;
 use std::collections::BTreeMap;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 
-/// Maximum number of service calls, including ended ones whose answer has not been taken.
+/// Maximum number of service calls, including finished ones whose answer has not been fetched.
 const ERRANDS_MAX: usize = 64;
 
 /// Service calls in progress.
@@ -17,18 +17,18 @@ pub(crate) struct Errands {
     out: BTreeMap<u64, Arc<Errand>>,
 }
 
-/// A service call or search in progress, kept until its answer is taken.
+/// A service call or search in progress, kept until its answer has been fetched.
 pub(crate) struct Errand {
     /// Subject of the call: `device 'line'`, `driver 'feetech'`.
     pub of: String,
-    /// `service 'home'`, `a search`.
+    /// Kind of the call: `service 'home'`, `a search`.
     pub what: String,
     pub answer: Mutex<Option<Result<Json, ServiceError>>>,
     pub answered: Condvar,
 }
 
 impl Errands {
-    /// Adds a service call and returns its number; if there are too many, ended ones whose answer was not taken are dropped.
+    /// Adds a service call and returns its number. If there are too many, finished ones whose answer was not fetched are dropped.
     pub fn begin(&mut self, of: String, what: String) -> Result<(u64, Arc<Errand>), Refusals> {
         if self.out.len() >= ERRANDS_MAX {
             self.out.retain(|_, errand| !errand.is_over());
@@ -47,7 +47,7 @@ impl Errands {
         self.out.get(&number).cloned()
     }
 
-    /// Removes a call whose answer was taken.
+    /// Removes a call whose answer has been fetched.
     pub fn remove(&mut self, number: u64) {
         self.out.remove(&number);
     }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Exchange of a logical device's own verb while the device and the verbs that use it run: between two firings the blocks of the old verb
-//! are switched off and those of the new one on. Blocks of the same label and code keep their states, outputs and invocation numbers,
-//! cells of the same name keep their values, and running time continues.
+//! Exchange of a logical device's own verb while the device and the verbs that use it are running: between two firings, the blocks of the
+//! old verb are deactivated and those of the new one are activated. Blocks with the same label and code keep their states, outputs and
+//! invocation numbers, cells with the same name keep their values, and running time continues.
 use crate::core::Core;
 use crate::instances::cause::Cause;
 use crate::instances::course::Course;
@@ -59,7 +59,7 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// Also ends the start of the old verb, without notifying the device.
+    /// Ends the start of the old verb without notifying the device.
     fn end_exchanged(&mut self, verb: &str) {
         let old = self.id;
         let time_ns = self.core.host.now_ns();
@@ -71,7 +71,8 @@ impl Course<'_> {
     }
 }
 
-/// Returns, for each block of the new verb, the block of the old one that it continues: of the same label, size and code.
+/// Returns, for each block of the new verb, the block of the old one whose state it continues: the block with the same label, size and
+/// code.
 fn kept_blocks(from: &Instance, to: &Instance) -> Vec<Option<usize>> {
     let same_label = |planned: &PlannedBlock| from.plan.blocks.iter().position(|b| b.label == planned.label && b.size == planned.size);
     let kept = |(at, planned): (usize, &PlannedBlock)| same_label(planned).filter(|of| from.installed.blocks[*of].is_same_code(&to.installed.blocks[at]));
@@ -79,8 +80,8 @@ fn kept_blocks(from: &Instance, to: &Instance) -> Vec<Option<usize>> {
 }
 
 /// Returns the initial outputs of blocks that only the new verb has: the values that flow into their readers in the firing of the
-/// exchange. A block that is inserted into a wire thus continues the wire's value, and its reader sees no jump. (Block, source of the
-/// value, cell that it initialises.)
+/// exchange. A block inserted into a wire thus continues the wire's value, and its reader sees no jump. Each entry contains the block,
+/// the source of the value, and the cell that the value initialises.
 fn beginnings(from: &Instance, to: &Instance, source: SourceId) -> Vec<(usize, Cell, Cell)> {
     let kept = kept_blocks(from, to);
     let mut flowing: Vec<Option<Cell>> = vec![None; to.plan.cells.len()];
@@ -117,7 +118,7 @@ fn beginnings(from: &Instance, to: &Instance, source: SourceId) -> Vec<(usize, C
     found
 }
 
-/// Names the blocks inserted into a wire that have states of their own, which start at their initial values.
+/// Lists the blocks inserted into a wire that have states of their own, which start at their initial values.
 fn untold(from: &Instance, to: &Instance) -> String {
     let has_states = |block: &usize| to.installed.interfaces[*block].items.iter().any(|item| item.kind == Kind::State);
     let mut blocks: Vec<usize> = beginnings(from, to, to.installed.sources[0]).into_iter().map(|(block, ..)| block).filter(has_states).collect();
@@ -134,8 +135,8 @@ fn flows_into(from: &Instance, block: usize, item: usize, source: SourceId) -> O
     Some((from.installed.cell(cell, source)?, &from.plan.cells[cell].type_text))
 }
 
-/// Checks that both instances are in the same single source, that the device is enabled and at rest in a command list, and that no caller
-/// waits for values of the old verb.
+/// Checks that both instances are on the same single source, that the device is enabled and at rest in a command list, and that no caller
+/// is waiting for values of the old verb.
 fn check_exchange((instances, registry): (&Instances, &Registry), device: &str, state: DeviceState, old: u64, new: u64) -> Result<(), Refusals> {
     let (from, to) = (&instances[&old], &instances[&new]);
     if state != DeviceState::Enabled || from.state() != State::Running || from.is_under_way() || from.leaving.departure.is_some() {
@@ -162,8 +163,7 @@ fn check_exchange((instances, registry): (&Instances, &Registry), device: &str, 
     }
 }
 
-/// Returns one script that switches the old blocks off, initialises the new ones as at a start except for kept values, and switches them
-/// on.
+/// Returns one script that deactivates the old blocks, initialises the new ones as at a start except for kept values, and activates them.
 fn turn_over(registry: &Registry, (from, to): (&Instance, &Instance), stores: &[(Target, Vec<u8>)]) -> impl IntoIterator<Item = Movement> + use<> {
     let source: SourceId = to.installed.sources[0];
     let mut builder = Builder::default();

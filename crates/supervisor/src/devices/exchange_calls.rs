@@ -8,13 +8,11 @@ use model::definition::Application;
 use model::refusal::{Refusals, SourceLocation};
 
 impl System {
-    /// Replaces the verb of a device by another one with the same arguments. If the device is enabled, the exchange takes place within
-    /// one firing.
+    /// Replaces the verb of a device with another one that has the same arguments. If the device is enabled, the exchange takes place
+    /// within one firing.
     ///
     /// # Errors
-    /// All refusals of creating and starting the other verb; nothing has changed then. `PlacementError` if one of the two verbs is
-    /// spread over several sources; `InvalidState` if the device is neither enabled nor idle, or if one of its SVVs drives another
-    /// verb.
+    /// Fails with any refusal of creating or starting the other verb; in that case nothing has changed. `PlacementError` if one of the two verbs is spread over several sources; `InvalidState` if the device is neither enabled nor idle, or if one of its SVVs drives another verb.
     pub fn exchange_verb(&self, device: &str, verb: &str, place: Option<SourceLocation>) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         let Some(record) = definitions.configuration.logical_devices.get(device) else {

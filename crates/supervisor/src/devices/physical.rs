@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Physical devices: opened where their source runs, and closed again.
+//! Physical devices, which are opened and closed in the process in which their source runs.
 use crate::alarms::causes::alarm_closed;
 use crate::definitions::system_definitions::Definitions;
 use crate::observation::inventory::PhysicalDeviceAbout;
@@ -84,7 +84,8 @@ impl System {
         Ok(about)
     }
 
-    /// Refuses a source that is too slow for a device with its own watchdog, which must be commanded in time even if one firing is late.
+    /// Refuses a source that is too slow for a device with its own watchdog: the device must be commanded in time even if one firing is
+    /// late.
     fn refuse_slow(&self, definitions: &Definitions, name: &str, source: &str, about: &serde_json::Value) -> Result<(), Refusals> {
         let Some(timeout_ns) = about["watchdog_ns"].as_u64() else { return Ok(()) };
         let ms = |ns: u64| ns as f64 * 1e-6;
@@ -99,7 +100,7 @@ impl System {
         Err(refuse(Class::PlacementError, message, "exchange it with a timer whose period is at most half its timeout, or give it a longer timeout="))
     }
 
-    /// Closes a physical device that nothing is bound to.
+    /// Closes a physical device to which no instance is bound.
     pub fn delete_physical_device(&self, name: &str) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         self.shared.command(|core| {

@@ -52,7 +52,7 @@ impl System {
         opened.map_err(|why| refuse(Class::DeviceFailed, format!("cannot open device '{name}' again: {why}"), "check its power and cable, and try again"))
     }
 
-    /// Reopens a device of this process, and returns the services and counters of its new driver. The inner error is that of the driver.
+    /// Reopens a device of this process, and returns the services and counters of its new driver. The inner error comes from the driver.
     fn reopen_here(
         &self,
         name: &str,
@@ -79,7 +79,7 @@ impl System {
         }
     }
 
-    /// Has the kernel of the device's source perform the renewal, and waits for it.
+    /// Makes the kernel of the device's source perform the renewal, and waits for it.
     fn renew(&self, source: SourceId, renewal: Renewal) -> Result<(), Refusals> {
         let done = renewal.is_done();
         self.shared.command(|core| {
@@ -92,7 +92,7 @@ impl System {
         }
     }
 
-    /// Reopens every lost device whose processor is running. Returns the devices that are still lost, with the reasons.
+    /// Reopens all lost devices whose processor is running. Returns those that are still lost, with the reasons.
     pub(crate) fn reopen_lost(&self) -> Result<BTreeMap<String, String>, Refusals> {
         // Process reported losses first.
         self.shared.command(|_| Ok(()))?;
@@ -115,7 +115,7 @@ impl System {
     }
 }
 
-/// Time limit for a source to return a driver, which it does between two firings.
+/// Time limit for a source to return a driver, which happens between two firings.
 const BOUNDARY: Duration = Duration::from_secs(5);
 
 /// Records that a lost device could not be reopened, with the new reason.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services of drivers, acyclic commands, and device searches. Each runs on a thread of its own that holds nothing a stop could wait for;
-//! the caller waits for the answer in slices.
+//! Services of drivers, acyclic commands, and device searches. Each runs on its own thread, which holds no lock needed by a stop; the
+//! caller waits for the answer in slices.
 use crate::devices::errands::{Errand, Errands};
 use crate::refuse::{refuse, unknown};
 use crate::system::{System, WaitResult};
@@ -13,8 +13,8 @@ use std::sync::{Arc, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 impl System {
-    /// Calls a service of a physical device's driver. Returns the number of the call, for [`System::served`]. A service that moves the
-    /// device is refused while an emergency stop is latched.
+    /// Calls a service of a physical device's driver. Returns the number of the call, to be passed to [`System::served`]. A service that
+    /// moves the device is refused while an emergency stop is latched.
     pub fn service(&self, device: &str, service: &str, arguments: Json) -> Result<u64, Refusals> {
         let (beside, far, stop) = {
             let core = self.shared.locked();
@@ -34,8 +34,8 @@ impl System {
         Ok(number)
     }
 
-    /// Searches this host for devices that a driver could open, without moving anything. Returns the number of the search, for
-    /// [`System::served`]; the answer is a list of devices, each with the options that open it.
+    /// Searches this host for devices that a driver could open; does not move any machine. Returns the number of the search, to be passed
+    /// to [`System::served`]; the answer is a list of devices, each with the options that open it.
     pub fn scan(&self, kind: &str, options: Json) -> Result<u64, Refusals> {
         let (number, errand) = self.errands().begin(format!("driver '{kind}'"), "a search".to_owned())?;
         let kind = kind.to_owned();
@@ -50,7 +50,7 @@ impl System {
         Ok(number)
     }
 
-    /// Visits each argument of a service that names a file or code on this machine. An unknown device has none.
+    /// Visits each argument of a service that refers to a file or code on this machine. An unknown device has no such arguments.
     ///
     /// # Errors
     /// Returns the first error of `visit`.
@@ -72,7 +72,7 @@ impl System {
         self.shared.errands.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Waits at most `slice` for the answer of a service call. The answer is returned only once.
+    /// Waits at most `slice` for the answer to a service call. The answer is returned only once.
     pub fn served(&self, errand: u64, slice: Duration) -> Result<WaitResult<Option<Value>>, Refusals> {
         let gone = || refuse(Class::InvalidState, format!("service call {errand} has ended, and its answer was already fetched"), "ask for the service again");
         let of = self.errands().get(errand).ok_or_else(gone)?;
@@ -97,7 +97,7 @@ impl System {
     }
 }
 
-/// Runs a service call on a thread of its own.
+/// Runs a service call on its own thread.
 fn carry_out(errand: &Arc<Errand>, does: impl FnOnce() -> Result<Json, ServiceError> + Send + 'static) {
     let ends = errand.clone();
     if let Err(why) = std::thread::Builder::new().name("service".to_owned()).spawn(move || ends.end(does())) {
@@ -105,7 +105,7 @@ fn carry_out(errand: &Arc<Errand>, does: impl FnOnce() -> Result<Json, ServiceEr
     }
 }
 
-/// Returns true if a service moves its device, as its driver declares.
+/// Returns true if a service is declared by its driver to move the device.
 fn moves(about: &Json, service: &str) -> bool {
     about["services"].as_array().into_iter().flatten().any(|of| of["name"] == service && of["moves"] == true)
 }

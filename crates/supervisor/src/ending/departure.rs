@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Departures: everything between the condition that ends a verb and its end. τ may lead on from a halt, an abort or a disabled device;
-//! an ending list runs at every end except an emergency stop, a lost processor and a second halt. The report names the condition that
-//! started the departure.
+//! Departures: everything between the condition that ends a verb and its end. τ may lead from a halt, an abort or a disabled device to
+//! another list; an ending list runs at every end except after an emergency stop, a lost processor or a second halt. The report contains
+//! the condition that started the departure.
 use crate::alarms::causes::alarm_of_condition;
 use crate::core::Core;
 use crate::instances::cause::Cause;
@@ -12,19 +12,19 @@ use crate::movements::sequence::Builder;
 use kernel::SourceId;
 use model::{ENDS, SystemCondition};
 
-/// Conditions of ends that do not allow an ending list.
+/// Conditions that end a verb without an ending list.
 const IMMEDIATE: [&str; 2] = [SystemCondition::EmergencyStop.name(), SystemCondition::ProcessorLost.name()];
 
 impl Core {
-    /// Returns true if a source still executes operations: it is neither lost nor stopped by a fault.
+    /// Returns true if a source is still executing operations: it has neither been lost nor been stopped by a fault.
     fn stands(&self, source: SourceId) -> bool {
         !self.safety.lost.contains(&source) && self.remote.is_reached(self.registry.source_name(source)) && !self.host.statistics(source).stopped
     }
 }
 
 impl Course<'_> {
-    /// Prepares to follow τ from a condition: records a condition that starts an orderly end, and limits the time after an abort or a
-    /// disabled device.
+    /// Prepares to follow τ from a condition: records a condition that starts an orderly end, and limits the time available after an
+    /// abort or after a device was disabled.
     pub fn depart(&mut self, cause: Cause) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -43,7 +43,7 @@ impl Course<'_> {
         departure.until_ns = departure.until_ns.or(until_ns);
     }
 
-    /// Ends the verb by a condition, through its ending list if one may run. Its process is already frozen.
+    /// Ends the verb because of a condition, through its ending list if one may run. Its process is already frozen.
     pub fn end(&mut self, cause: Cause) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -74,8 +74,8 @@ impl Course<'_> {
         instance.plan.ending.list.filter(|_| may_run)
     }
 
-    /// Handles the loss, or the stop by a fault, of sources of a verb instance whose process is already frozen: follows τ if the next
-    /// list needs only sources that are left, and ends the verb otherwise.
+    /// Handles sources of a verb instance that were lost or stopped by a fault; its process is already frozen. Follows τ if the next list
+    /// needs only the remaining sources, and ends the verb otherwise.
     pub fn lose(&mut self, mut cause: Cause) {
         let id = self.id;
         if !self.core.instances.contains_key(&id) {
@@ -109,7 +109,7 @@ impl Course<'_> {
         if IMMEDIATE.contains(&name.as_str()) { self.end_at_once(cause) } else { self.end(cause) }
     }
 
-    /// Starts the ending list; each source reads ω at the boundary at which the current list is switched off.
+    /// Starts the ending list. Each source reads ω at the boundary at which it leaves the current list.
     fn conclude(&mut self, list: usize, cause: Cause) {
         let id = self.id;
         let condition = cause.condition;
@@ -127,8 +127,8 @@ impl Course<'_> {
         self.go_from(builder, list, 0);
     }
 
-    /// Follows a kernel that entered the ending list in the firing of the condition; the values captured by its script are outputs in
-    /// that source.
+    /// Follows a kernel that entered the ending list in the firing in which the condition occurred; the values captured by its script are
+    /// the outputs of that source.
     pub fn concluded_by_kernel(&mut self, source: SourceId, cause: Cause, captured: &[u8]) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };

@@ -34,7 +34,7 @@ impl Core {
 }
 
 impl Core {
-    /// Ends the verbs that use a logical device whose own verb has ended; `lost_s`: the lost time, if that is the reason.
+    /// Ends the verbs that use a logical device whose own verb has ended; `lost_s` is the lost time, if that is the reason.
     fn end_users_of_lost(&mut self, device: &str, lost_s: Option<f64>, message: &str) {
         match lost_s {
             Some(lost_s) => self.end_users_by_gap(device, lost_s, message),
@@ -42,8 +42,8 @@ impl Core {
         }
     }
 
-    /// Handles a joint that its servo has brought to rest because too much time was lost: verbs that use the joint end, and the joint
-    /// stays enabled.
+    /// Handles a joint that its servo has brought to rest because of a gap in time: verbs that use the joint end, and the joint stays
+    /// enabled.
     pub fn gap_of(&mut self, device: &str, lost_s: f64) {
         let gap_max_s = self.registry.logical.get(device).and_then(|record| record.gap_max_s);
         self.end_users_by_gap(device, lost_s, &gap_text(device, lost_s, gap_max_s));
@@ -64,7 +64,7 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// Ends an instance by a condition that no block reported. Does nothing if it is ending or not running.
+    /// Ends an instance because of a condition that no block reported. Does nothing if the instance is ending or not running.
     pub fn end_by(&mut self, condition: SystemCondition, message: String) {
         self.end_by_with(condition, None, message);
     }
@@ -76,7 +76,7 @@ impl Course<'_> {
         self.come_with(condition, value, message, false);
     }
 
-    /// Applies a condition from outside the blocks: follows τ or ends the verb. `asked_for`: requested by the waiter.
+    /// Applies a condition that does not come from a block: follows τ or ends the verb. `asked_for` is true if the waiter requested it.
     pub fn come(&mut self, condition: usize, message: String, asked_for: bool) {
         self.come_with(condition, None, message, asked_for);
     }
@@ -128,7 +128,7 @@ impl Course<'_> {
         }
     }
 
-    /// Starts the final end: switches everything off and safe in every source, then reports. The process is frozen.
+    /// Starts the final end: deactivates everything and makes it safe in every source, then reports. The process is frozen.
     pub fn finish(&mut self, cause: Cause) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -164,8 +164,8 @@ impl Course<'_> {
         self.replace_sequence(builder.finish());
     }
 
-    /// Follows a kernel that ended the verb in the same firing; the values captured by its script are outputs in that source. `alone`: no
-    /// further condition of that firing is still to be reported.
+    /// Follows a kernel that ended the verb in the same firing; the values captured by its script are the outputs of that source. `alone`
+    /// is true if no further condition of that firing remains to be reported.
     pub fn ended_by_kernel(&mut self, source: SourceId, cause: Cause, captured: &[u8], alone: bool) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -188,7 +188,7 @@ impl Course<'_> {
         self.finish(cause);
     }
 
-    /// Completes the end after all acknowledgements: releases the claims and makes the report.
+    /// Completes the end after all acknowledgements: releases the claims and creates the report.
     pub fn ended(&mut self) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The latest end reports of all instances, numbered, for a programming system that was absent when they were made.
+//! Latest end reports of all instances, numbered, for a programming system that was not connected when they were created.
 use crate::ending::report::Report;
 use serde::Serialize;
 use std::collections::VecDeque;
 
-/// Number of ends kept.
+/// Number of ends to keep.
 const ENDS_MAX: usize = 1024;
 
-/// One end of one start.
+/// End of one start.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct End {
-    /// Number of the end, counted from 0 over the life of the system.
+    /// Number of the end, counted from 0 over the lifetime of the system.
     pub number: u64,
     pub instance: u64,
     pub report: Report,

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The latest end reports.
+//! Calls for the latest end reports.
 use crate::ending::latest::End;
 use crate::system::System;
 
 impl System {
-    /// Returns the end reports from number `since` on, oldest first, as far as they are among the last 1,024. A first number above
-    /// `since` shows that older ones were dropped.
+    /// Returns the end reports starting at number `since`, oldest first, to the extent that they are among the last 1,024. If the first
+    /// number is above `since`, older reports were dropped.
     pub fn ends_since(&self, since: u64) -> Vec<End> {
         let core = self.shared.locked();
         let first = core.observation.ends.kept.front().map_or(0, |end| end.number);

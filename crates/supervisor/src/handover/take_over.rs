@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Takeover of processes that a previous supervisor left: their processors continue without a supervisor.
+//! Takeover of processes left by a previous supervisor, whose processors continue to run without a supervisor.
 use crate::core::Core;
 use crate::movements::sequence::by_source;
 use crate::processors::remote::processor_of;
@@ -15,35 +15,35 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Time limit for earlier starts to complete, and for kernels to answer afterwards.
+/// Time limit for earlier starts to complete, and for kernels to answer after that.
 const SETTLED: Duration = Duration::from_secs(5);
 
-/// Results of a takeover, one per process of processors.
+/// Results of a takeover, one per process that contains processors.
 #[derive(Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct TakenOver {
-    /// Results, in the order of the process names.
+    /// Results, sorted by process name.
     pub processors: Vec<OfProcessor>,
 }
 
-/// Result for one processor in a process of its own, or for several that share one.
+/// Result for a processor in its own process, or for several processors that share a process.
 #[derive(Debug, Default, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "ProcessTakenOver"))]
 pub struct OfProcessor {
-    /// Name of the processor, or of the process if it may be shared.
+    /// Name of the processor, or of the process if it can be shared.
     pub name: String,
     /// Processors in the process.
     pub processors: Vec<String>,
-    /// True if its running blocks have been taken over; false if the process was started for this system.
+    /// True if the running blocks of the process were taken over; false if the process was started for this system.
     pub is_adopted: bool,
-    /// Labels of blocks that continue from their state.
+    /// Labels of blocks that continue from their previous state.
     pub carried: Vec<String>,
-    /// Blocks that restart, with the reason.
+    /// Blocks that restart, each with the reason.
     pub anew: Vec<Anew>,
-    /// Labels of blocks that were running but that this system has not started: they have ended.
+    /// Labels of blocks that were running but have not been started by this system; they have ended.
     pub ended: Vec<String>,
-    /// Longest time for which a device was not written, ns; null if there is no device.
+    /// Longest time for which a device was not written, ns; null if there are no devices.
     pub gap_ns: Option<i64>,
 }
 
@@ -60,8 +60,8 @@ pub struct Anew {
 
 impl System {
     /// Makes processes that lost their system continue as part of this system, from their current state. Does nothing under the virtual
-    /// clock or when called again. Refuses a takeover if a running block must not continue: that processor is left unchanged, while those
-    /// before it in the order of names are taken over.
+    /// clock or when called again. Refuses a takeover if a running block must not continue; that processor is then left unchanged, but
+    /// processors whose names sort before it have been taken over.
     pub fn take_over(&self) -> Result<TakenOver, Refusals> {
         let mut remote: Vec<Arc<Processor>> = self.shared.command(|core| {
             // Processes on another host do not wait for a supervisor.
@@ -101,7 +101,7 @@ impl System {
         Ok(TakenOver { processors: taken_over })
     }
 
-    /// Copies the values that SVVs have in the processor taken over to all sources, for SVVs not yet written in this system.
+    /// Copies the values that SVVs have in a taken-over processor to all sources, for SVVs that have not been written in this system yet.
     fn carry_values(&self, processor: &str) -> Result<(), Refusals> {
         let asked = self.shared.command(|core| Ok(ask_unwritten(core, processor)))?;
         let all_there = |core: &mut Core| Ok(asked.iter().all(|(ticket, _)| core.observation.reads.contains_key(ticket)).then_some(()));
@@ -113,10 +113,10 @@ impl System {
     }
 }
 
-/// SVVs in the order in which a source was queried, with the ticket of the query.
+/// SVVs in the order in which a source was queried for them, with the ticket of the query.
 type AskedSvvs = (Ticket, Vec<(String, usize)>);
 
-/// Queries the sources of a processor for the values of SVVs that no block has written.
+/// Queries the sources of a processor for the values of SVVs that no block has written yet.
 fn ask_unwritten(core: &mut Core, processor: &str) -> Vec<AskedSvvs> {
     let mut by_source: BTreeMap<SourceId, Vec<(String, Cell)>> = BTreeMap::new();
     for (name, svv) in core.registry.svvs.iter().filter(|(_, svv)| svv.home.is_none()) {
@@ -133,7 +133,7 @@ fn ask_unwritten(core: &mut Core, processor: &str) -> Vec<AskedSvvs> {
     asked
 }
 
-/// Adopts, as current, the values that differ from those stored here.
+/// Adopts values that differ from those stored here as the current values.
 fn know_again(core: &mut Core, asked: &[AskedSvvs]) {
     let mut known: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
     for (ticket, names) in asked {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Applies verbs and creates logical devices: turns definitions into instances.
+//! Applies verbs and creates logical devices, that is, creates instances from definitions.
 use crate::alarms::causes::alarm_enabled;
 use crate::core::Core;
 use crate::definitions::system_definitions::Definitions;
@@ -20,7 +20,7 @@ use model::refusal::{Class, Refusals, SourceLocation};
 use model::value::Value;
 use std::time::Duration;
 
-/// Request for a logical device.
+/// Request to create a logical device.
 #[derive(Clone, Debug, serde::Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceRequest {
@@ -28,20 +28,20 @@ pub struct DeviceRequest {
     /// Parameters that differ from the type's.
     #[serde(default)]
     pub parameters: IndexMap<String, Value>,
-    /// Verb that operates the device, if it differs from the type's because its drive is commanded in another way. Members match its
-    /// parameters by name.
+    /// Verb that operates the device, if it differs from the type's because the drive is commanded in a different way. Its parameters are
+    /// matched to the members by name.
     #[serde(default)]
     pub verb: Option<String>,
-    /// Further arguments of the verb (`drive`).
+    /// Additional arguments of the verb (`drive`).
     #[serde(default)]
     pub arguments: IndexMap<String, Argument>,
     /// `rtp.name` of the source on which the verb runs.
     #[serde(default)]
     pub source: Option<String>,
-    /// Intervals of the verb's blocks that differ from the command list's, ns.
+    /// Intervals of the verb's blocks that differ from those in the command list, ns.
     #[serde(default)]
     pub every: IndexMap<String, u64>,
-    /// Parts of units that this device replaces, in order.
+    /// Unit parts that this device replaces, in order.
     #[serde(default)]
     pub units: Vec<(String, String)>,
     /// Arbitration for a second verb that commands the device, if it differs from the type's.
@@ -52,7 +52,7 @@ pub struct DeviceRequest {
 }
 
 impl System {
-    /// Plans an application without creating anything; its values are checked as in a start.
+    /// Plans an application without creating anything; its values are checked as for a start.
     pub fn check(&self, application: &Application) -> Result<Plan, Refusals> {
         let (checked, configuration) = {
             let mut definitions = self.shared.definitions();
@@ -73,13 +73,13 @@ impl System {
         self.create_then(definitions, application, |_, _| true)
     }
 
-    /// Creates a verb instance that is to be started at once: the kernel work for creating it is combined with the start if possible.
+    /// Creates a verb instance that is to be started immediately: the kernel work for creating it is combined with the start if possible.
     pub fn create_to_start(&self, application: &Application) -> Result<u64, Refusals> {
         let mut definitions = self.shared.definitions();
         self.create_then(&mut definitions, application, |core, id| !core.waits_for_its_start(id))
     }
 
-    /// Creates an instance. `proceeds`: starts the work of the kernels.
+    /// Creates an instance. `proceeds` starts the work of the kernels.
     fn create_then(&self, definitions: &mut Definitions, application: &Application, proceeds: impl Fn(&Core, u64) -> bool) -> Result<u64, Refusals> {
         let (checked, plan) = definitions.planned(application)?;
         if let Some(name) = &application.name
@@ -116,13 +116,13 @@ impl System {
         self.delete_by(instance, |mut course| course.delete())
     }
 
-    /// Deletes an instance. `delete`: removes it from the core.
+    /// Deletes an instance. `delete` removes it from the core.
     pub(crate) fn delete_by(&self, instance: u64, delete: impl FnOnce(Course<'_>) -> Result<(), Refusals>) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         self.shared.command(|core| delete_from(core, &mut definitions, instance, delete))
     }
 
-    /// Creates a logical device with its SVVs, parameters and verb instance, or nothing at all.
+    /// Creates a logical device with its SVVs, parameters and verb instance. If any part fails, nothing is created.
     pub fn device(&self, name: &str, request: DeviceRequest) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         let place = request.place.clone();
@@ -226,7 +226,7 @@ impl System {
         core.registry.logical.shift_remove(name);
     }
 
-    /// Deletes a logical device that is disabled and has no instance bound to it.
+    /// Deletes a logical device that is disabled and to which no instance is bound.
     pub fn delete_device(&self, name: &str) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         let gone = self.shared.command(|core| {
@@ -258,7 +258,7 @@ impl System {
         self.shared.command(|core| core.enable(device, &definitions.configuration))
     }
 
-    /// Waits until a device that is being enabled is ready; returns false if its verb ended first.
+    /// Waits until a device that is being enabled is ready; returns false if its verb ends first.
     pub fn wait_enabled(&self, device: &str, until_ns: Option<i64>, slice: Duration) -> Result<WaitResult<bool>, Refusals> {
         self.shared.wait_for(until_ns, slice, |core| {
             Ok(match core.registry.logical(device)?.state {
@@ -269,7 +269,7 @@ impl System {
         })
     }
 
-    /// Ends the verbs that use a device, then its own.
+    /// Ends the verbs that use a device, then the device's own verb.
     pub fn disable(&self, device: &str, slice: Duration) -> Result<WaitResult<()>, Refusals> {
         if first(|| self.shared.command(|core| core.disable(device)))? {
             return Ok(WaitResult::Done(()));
@@ -282,7 +282,7 @@ impl System {
         core.instances.device_state(&core.registry, device)
     }
 
-    /// Sets a parameter of a device: for the next start, and at once in running instances if it is declared tunable.
+    /// Sets a parameter of a device: for the next start, and immediately in running instances if it is declared tunable.
     pub fn set_device_parameter(&self, device: &str, parameter: &str, value: Value) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         let Some(record) = definitions.configuration.logical_devices.get(device) else {
@@ -333,7 +333,7 @@ impl System {
     }
 }
 
-/// Returns the parameters of a device: those of the type, overridden by those of the device.
+/// Returns the parameters of a device: those of the type, overridden by the device's own.
 fn device_parameters(of: &DeviceType, called: &str, given: &IndexMap<String, Value>, device: &LogicalDevice) -> Result<IndexMap<String, Value>, Refusals> {
     let mut refusals = Vec::new();
     let mut parameters: IndexMap<String, Value> = IndexMap::new();
@@ -353,7 +353,7 @@ fn device_parameters(of: &DeviceType, called: &str, given: &IndexMap<String, Val
     if refusals.is_empty() { Ok(parameters) } else { Err(refusals) }
 }
 
-/// Returns the ranges of a device's SVVs that have parameters of the device as bounds.
+/// Returns the ranges of a device's SVVs whose bounds are parameters of the device.
 fn svv_ranges(of: &DeviceType, device: &LogicalDevice, parameters: &IndexMap<String, Value>) -> Vec<(String, Range)> {
     let own = of.svvs.iter().filter(|(_, svv)| svv.shared.is_none());
     own.filter_map(|(member, svv)| match &svv.within {
@@ -363,7 +363,8 @@ fn svv_ranges(of: &DeviceType, device: &LogicalDevice, parameters: &IndexMap<Str
     .collect()
 }
 
-/// Converts a value for a parameter whose default is a number: quantities to its unit, numbers unchanged.
+/// Converts a value to the kind of a parameter's default: if the default is a number, a quantity is converted to its unit, and a number
+/// is left unchanged.
 fn in_kind_of(default: &Value, unit: &str, value: &Value) -> Result<Value, model::refusal::Refusal> {
     match (default, value) {
         (Value::Number(_) | Value::Integer(_) | Value::Unsigned(_) | Value::Text(_), Value::Text(text)) => {
@@ -382,14 +383,14 @@ fn in_kind_of(default: &Value, unit: &str, value: &Value) -> Result<Value, model
     }
 }
 
-/// Enters the writers of an instance, for the checks of later ones.
+/// Registers the writers of an instance, for the checks of later instances.
 fn enter_writers(definitions: &mut Definitions, plan: &Plan, instance: &str) {
     for (svv, writer) in plan.writers(instance, &definitions.configuration) {
         definitions.configuration.aside().writers.entry(svv).or_default().push(writer);
     }
 }
 
-/// Removes an instance from the core, by `delete`, and from the writers of its SVVs.
+/// Removes an instance from the core, using `delete`, and from the writers of its SVVs.
 pub(crate) fn delete_from(
     core: &mut Core,
     definitions: &mut Definitions,

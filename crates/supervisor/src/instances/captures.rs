@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Output values of one start: values already captured, and captures that running scripts will deliver.
+//! Output values of a start: values already captured, and captures that running scripts will deliver.
 use crate::instances::installed_verb::InstalledVerb;
 use kernel::SourceId;
 
-/// A piece of an output that is read in one go: the whole output, or one element if the elements of a port are separate cells, each in
-/// the source that writes it.
+/// Piece of an output that is read at once: the whole output, or one element if the elements of a port are separate cells, each in the
+/// source that writes it.
 pub(crate) type Piece = (usize, usize);
 
-/// Outputs captured so far. An output of several cells is captured in pieces, because these may be in several sources.
+/// Outputs captured so far. An output that consists of several cells is captured in pieces, because the cells may be in several sources.
 #[derive(Default)]
 pub(crate) struct Captures {
     taken: Vec<(Piece, Vec<u8>)>,
@@ -16,7 +16,7 @@ pub(crate) struct Captures {
 }
 
 impl Captures {
-    /// Returns true if a running script captures anything.
+    /// Returns true if a running script captures outputs.
     pub fn is_pending(&self) -> bool {
         !self.pending.is_empty()
     }
@@ -26,14 +26,14 @@ impl Captures {
         pieces.retain(|piece| self.bytes(*piece).is_none());
     }
 
-    /// Expects a script for `source` that captures these pieces.
+    /// Registers a script for `source` that will capture these pieces.
     pub fn expect(&mut self, source: SourceId, pieces: Vec<Piece>) {
         if !pieces.is_empty() {
             self.pending.push((source, pieces));
         }
     }
 
-    /// Expects no more captures.
+    /// Cancels all expected captures.
     pub fn expect_nothing(&mut self) {
         self.pending.clear();
     }
@@ -43,7 +43,7 @@ impl Captures {
         self.taken.retain(|((output, _), _)| !outputs.contains(output));
     }
 
-    /// Stores the bytes of pieces that were captured back to back.
+    /// Stores the bytes of pieces that were captured consecutively.
     pub fn take(&mut self, of: &InstalledVerb, pieces: &[Piece], mut bytes: &[u8]) {
         for &piece in pieces {
             let Some((part, rest)) = bytes.split_at_checked(of.piece_len(piece)) else { return };
@@ -52,7 +52,7 @@ impl Captures {
         }
     }
 
-    /// Stores the values that the running scripts have captured in each source; no script is running afterwards.
+    /// Stores the values that the running scripts have captured in each source; no scripts are running afterwards.
     pub fn take_scripts(&mut self, of: &InstalledVerb, captured: Vec<(SourceId, Vec<u8>)>) {
         let pending = std::mem::take(&mut self.pending);
         for (source, bytes) in captured {
@@ -62,7 +62,7 @@ impl Captures {
         }
     }
 
-    /// Returns the bytes of an output all of whose pieces have been captured.
+    /// Returns the bytes of an output if all its pieces have been captured.
     pub fn whole(&self, of: &InstalledVerb, output: usize) -> Option<Vec<u8>> {
         (0..of.parts(output)).map(|part| self.bytes((output, part))).collect::<Option<Vec<_>>>().map(|pieces| pieces.concat())
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Commands to a running verb instance: halt, and new parameter values. A call that the state does not allow changes nothing.
+//! Commands to a running verb instance: halt, and new parameter values. A call that the state does not permit changes nothing.
 use crate::instances::course::Course;
 use crate::instances::instance::{Intervals, State};
 use crate::movements::sequence::Builder;
@@ -26,8 +26,8 @@ impl Course<'_> {
         Ok(())
     }
 
-    /// Sets new values of tunable input parameters of a running instance in one publication between two firings; with new intervals, also
-    /// the plan that contains them.
+    /// Sets new values of tunable input parameters of a running instance in one publication between two firings. If intervals change,
+    /// `tuned` also contains the plan with the new intervals.
     pub fn set(&mut self, values: &IndexMap<String, Value>, tuned: Option<(Intervals, &Plan)>) -> Result<(), Refusals> {
         let id = self.id;
         let instance = self.core.instances.known(id)?;

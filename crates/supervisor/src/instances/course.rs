@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Course of a verb instance.
+//! Course of a verb instance: the operations that advance it.
 use crate::core::Core;
 
 /// A verb instance together with the core that runs it. Calls on a deleted instance have no effect.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Creation and deletion of verb instances: creation turns a plan into memory and steps; deletion removes all of them.
+//! Creation and deletion of verb instances: creation converts a plan to memory and steps; deletion removes all of them.
 use crate::alarms::causes::check_alarms;
 use crate::claims::writers::Pair;
 use crate::core::Core;
@@ -55,8 +55,8 @@ impl Core {
         Ok(id)
     }
 
-    /// Returns true for an instance in a single source of this process: its table may be sent in one script with its start. A remote
-    /// processor must have the table of an instance before anything else refers to it.
+    /// Returns true for an instance on a single source of this process: its table may be sent in one script with its start. A remote
+    /// processor must have the table of an instance before any message refers to the instance.
     pub fn waits_for_its_start(&self, id: u64) -> bool {
         let [source] = self.instances[&id].installed.sources[..] else { return false };
         self.remote.at(self.registry.source_name(source)).is_none()
@@ -68,7 +68,7 @@ impl Core {
         self.carrier().renew_tables(sources);
     }
 
-    /// Removes an instance, and returns the sources whose tables change.
+    /// Removes an instance; returns the sources whose tables change.
     fn taken_out(&mut self, id: u64) -> Vec<SourceId> {
         let mut sources = self.carrier().take_out(id);
         sources.extend(self.renew_taps());
@@ -77,7 +77,7 @@ impl Core {
         sources
     }
 
-    /// Refuses modules that were stopped by a fault.
+    /// Refuses a plan that contains blocks of modules that were stopped by a fault.
     fn check_modules(&self, plan: &Plan) -> Result<(), Refusals> {
         for block in &plan.blocks {
             let module = block.block.split('.').next().unwrap_or("");
@@ -101,7 +101,7 @@ impl Course<'_> {
         Ok(())
     }
 
-    /// Deletes the instance of a completed call. The tables are sent with the next call, which is likely to follow soon.
+    /// Deletes the instance of a completed call. The tables are sent with the next call, which will probably follow soon.
     pub fn retire(&mut self) -> Result<(), Refusals> {
         self.check_deletable()?;
         let sources = self.core.taken_out(self.id);
@@ -122,7 +122,7 @@ impl Course<'_> {
     }
 }
 
-/// Checks that the kernel can remember all conditions that a stage waits for.
+/// Checks that the kernel has capacity for all conditions for which a stage waits.
 fn check_waits(plan: &Plan, installed: &InstalledPlan) -> Result<(), Refusals> {
     let waited = InstalledVerb { plan, installed, devices: &IndexMap::new() }.waited_for().len();
     let count = plan.conditions.len() + waited;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Deadlines: limits, timed waits, and the time limits of departures and rests.
+//! Deadlines: limits, timed waits, and the time limits for departures and for coming to rest.
 use crate::core::Core;
 use crate::instances::course::Course;
 use crate::instances::instance::Instance;
@@ -46,7 +46,7 @@ impl Core {
         self.serve_shelvings(now_ns);
     }
 
-    /// Handles instances with a limit on the age of the values they read.
+    /// Handles instances with a limit on the age of the values that they read.
     fn serve_ages(&mut self, now_ns: i64) {
         for (id, condition, message) in too_old(self, now_ns) {
             let now_ns = self.host.now_ns();

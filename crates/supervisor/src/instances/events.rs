@@ -26,7 +26,7 @@ struct ToldCondition {
     item: u8,
     fault: Option<Fault>,
     time_ns: i64,
-    /// True if it was the only condition of the firing.
+    /// True if no other condition was reported in the same firing.
     alone: bool,
     acted: bool,
     ended: bool,
@@ -190,8 +190,8 @@ impl Core {
         }
     }
 
-    /// Handles a source that was stopped by a signal or an exhausted budget in a block: verbs with blocks there receive `fault`, from
-    /// which τ may lead to lists on other sources. The block's module accepts no new instances.
+    /// Handles a source that was stopped by a signal or an exhausted budget in a block: verbs with blocks on it receive `fault`, from
+    /// which τ may lead to lists on other sources. No new instances of the block's module are accepted.
     fn stopped(&mut self, source: SourceId, block: BlockId, process: u64, fault: &Fault, time_ns: i64) {
         let name = self.registry.source_name(source).to_owned();
         let stopped = stopped_text(&self.instances, &self.registry, source, block, fault);
@@ -229,7 +229,7 @@ impl Core {
         self.end_bound(device, message);
     }
 
-    /// Ends the verbs that are bound to a channel of a lost device.
+    /// Ends the verbs bound to a channel of a lost device.
     fn end_bound(&mut self, device: &str, message: &str) {
         if self.registry.physical.get(device).is_some_and(|physical| self.safety.lost.contains(&physical.source)) {
             // Users of its channels run there and have received `processor_lost`.
@@ -254,7 +254,7 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// Handles the answer for a process that the kernel has frozen.
+    /// Handles the answer that the kernel has frozen a process.
     fn frozen(&mut self, reported: Option<(usize, usize)>, cause: Cause) {
         let id = self.id;
         if !self.take_process(true) {

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Changes of the floating-point state by blocks and modules: by blocks of a source that was stopped for it, and by modules when they
-//! were loaded.
+//! Changes to the floating-point state: by blocks of a source that was stopped because of it, and by modules when they were loaded.
 use crate::instances::table::Instances;
 use crate::registry::Registry;
 use kernel::SourceId;
 use opengpac::FLOATS_CHANGED;
 use opengpac::abi::mark;
 
-/// Describes a change that was found at the end of a firing by the blocks that may have caused it: those of downloaded modules, if there
-/// are any.
+/// Describes a change found at the end of a firing, and names the blocks that may have caused it: those of downloaded modules, if any.
 pub(crate) fn floats_text(instances: &Instances, registry: &Registry, source: SourceId) -> String {
     let there = instances.values().filter(|i| i.is_busy() && i.installed.sources.contains(&source));
     let blocks = there.flat_map(|i| i.plan.blocks.iter().zip(&i.installed.blocks).map(move |(of, block)| (i, of, block)));

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages for conditions that a servo reports. For a following error: its size and limit, the effort of the motor or else of the servo,
+//! Messages for conditions reported by a servo. For a following error: its size and limit, the effort of the motor or else of the servo,
 //! the lost time, and a remedy; for an unstable servo, its frequency.
 //!
 //! The numbers are those that the condition returns under the names `error_limit`, `effort`, `effort_limit`, `motor_effort`,
-//! `motor_limit` and `time_lost`, as the servos of `robots` do; a verb that returns fewer of them gets a shorter message.
+//! `motor_limit` and `time_lost`, as the servos of `robots` do; if a verb returns fewer of them, the message is shorter.
 use crate::ending::report::Report;
 use crate::registry::Registry;
 use indexmap::IndexMap;
@@ -12,20 +12,20 @@ use model::value::Value;
 /// Condition that these messages describe.
 const FOLLOWING_ERROR: &str = "following_error";
 const SERVO_UNSTABLE: &str = "servo_unstable";
-/// Output of a servo with the lost time.
+/// Output of a servo that contains the lost time.
 const TIME_LOST: &str = "time_lost";
-/// Condition of a servo's block that has brought its joint to rest because too much time was lost.
+/// Condition reported by a servo's block that has brought its joint to rest because of a gap in time.
 pub(crate) const GAP: &str = "gap";
-/// Parameter of a joint with the allowed lost time, s.
+/// Parameter of a joint that contains the maximum lost time, s.
 pub(crate) const GAP_MAX: &str = "max_gap";
 
-/// Fraction of its limit from which an effort counts as saturated.
+/// Fraction of its limit above which an effort counts as saturated.
 const SATURATED: f64 = 0.999;
 
-/// A following error, as far as it is known.
+/// A following error, with the details that are known.
 #[derive(Default)]
 struct FollowingError<'a> {
-    /// Logical device, which determines the units of positions and efforts.
+    /// Logical device; determines the units of positions and efforts.
     joint: Option<&'a str>,
     unit: &'a str,
     effort_unit: &'a str,
@@ -33,7 +33,7 @@ struct FollowingError<'a> {
     error_limit: Option<f64>,
     effort: Option<f64>,
     effort_limit: Option<f64>,
-    /// Effort of the motor, if the drive adds the effort for gravity and the other joints to the servo's.
+    /// Effort of the motor, if the drive adds the effort for gravity and the other joints to that of the servo.
     motor: Option<f64>,
     motor_limit: Option<f64>,
     lost_s: f64,
@@ -55,8 +55,8 @@ pub(crate) fn servo_text(
     }
 }
 
-/// Returns the time lost at once, if it exceeds `gap_max_s` of the device and so explains a servo's following error. Nothing commanded
-/// the joint meanwhile, so the motion ends by its rule for lost time, not by the resulting error.
+/// Returns the time lost in a single gap, if it exceeds the device's `gap_max_s` and therefore explains a servo's following error. The
+/// joint was not commanded during the gap, so the motion ends by its rule for lost time, not because of the resulting error.
 pub(crate) fn lost_beyond(report: &Report, gap_max_s: Option<f64>) -> Option<f64> {
     let lost_s = report.outputs.get(TIME_LOST)?.as_ref().and_then(number)?;
     (report.condition == FOLLOWING_ERROR && lost_s > gap_max_s?).then_some(lost_s)
@@ -75,7 +75,8 @@ pub(crate) fn gap_text(device: &str, lost_s: f64, gap_max_s: Option<f64>) -> Str
     )
 }
 
-/// Returns the message for a motion whose generator has brought its joints to rest after a gap. `gap_max_s` is the smallest bound of its joints.
+/// Returns the message for a motion whose generator has brought its joints to rest after a gap. `gap_max_s` is the smallest limit of its
+/// joints.
 pub(crate) fn motion_gap_text(lost_s: f64, gap_max_s: Option<f64>) -> String {
     let most = gap_max_s.map_or_else(|| "max_gap".to_owned(), |most| format!("max_gap ({})", quantity(most, "s")));
     format!(
@@ -165,7 +166,7 @@ impl FollowingError<'_> {
     }
 }
 
-/// Formats a number with four significant digits, and its unit.
+/// Formats a number with four significant digits and its unit.
 fn quantity(number: f64, unit: &str) -> String {
     let digits = if number == 0.0 || !number.is_finite() { 0 } else { (3 - number.abs().log10().floor() as i32).clamp(0, 12) };
     let text = format!("{number:.*}", digits as usize);

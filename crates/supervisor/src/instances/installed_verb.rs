@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Installed verb: its plan, the objects in memory that execute it, and the devices that it acts on.
+//! Installed verb: its plan, the objects in memory that execute it, and the devices on which it acts.
 use crate::registry::PhysicalRecord;
 use crate::wiring::installed::InstalledPlan;
 use indexmap::IndexMap;

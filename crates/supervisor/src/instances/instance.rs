@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Verb instances: origin, state of life, and pending work.
+//! Verb instances: origin, life cycle state, and pending work.
 use crate::ending::report::{Other, Report};
 use crate::instances::captures::Captures;
 use crate::instances::cause::Cause;
@@ -19,11 +19,11 @@ use model::{CheckedVerb, SystemCondition};
 use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 
-/// created → (queued →) running ⇄ suspended → ended (→ running again by `start`) → deleted.
+/// State of an instance: created → (queued →) running ⇄ suspended → ended (→ running again by `start`) → deleted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum State {
     Created,
-    /// Started, and waiting for claims held by other instances.
+    /// Started, but waiting for claims held by other instances.
     Queued,
     Running,
     Suspended,
@@ -44,26 +44,26 @@ impl State {
 
 /// Progress of a running instance towards its suspension.
 pub(crate) enum Rest {
-    /// No suspension was requested.
+    /// No suspension has been requested.
     Unasked,
-    /// The instance comes to rest first: running time at which the time limit for this expires, and the conditions that have occurred so
-    /// far.
+    /// The instance is first coming to rest. Contains the running time at which the time limit for this expires, and the conditions that
+    /// have occurred so far.
     Coming { until_ns: i64, rested: Vec<(usize, usize)> },
-    /// The instance is suspended when the running sequence is complete.
+    /// The instance will be suspended when the running sequence is complete.
     Due,
 }
 
-/// State of an instance's life, with its data.
+/// Life cycle state of an instance, with its data.
 pub(crate) enum Life {
     Created,
-    /// Started, and waiting for claims held by other instances.
+    /// Started, but waiting for claims held by other instances.
     Queued,
     Running(Rest),
-    /// Suspended, with the values of its channels in each source when they became safe.
+    /// Suspended. Contains the values that its channels had in each source when they were made safe.
     Suspended {
         held: Vec<(SourceId, Vec<u8>)>,
     },
-    /// The final end is in progress, from one of these states.
+    /// Ending: the final end is in progress, and was started from one of these states.
     Ending {
         from: State,
         cause: Cause,
@@ -71,22 +71,22 @@ pub(crate) enum Life {
     Ended(Box<Report>),
 }
 
-/// Limits of one start.
+/// Limits that apply to one start.
 #[derive(Clone, Copy, Debug, Default, serde::Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(default)]
 pub struct Limits {
     /// Running time after which `time_limit` occurs, ns.
     pub time_limit_ns: Option<i64>,
-    /// Overruns of its sources after which `overrun` occurs.
+    /// Number of overruns of the instance's sources after which `overrun` occurs.
     pub overruns: Option<u64>,
-    /// Age of a value from another source, ns, above which `late` (for a ratio input) or `link_lost` (for a value that a timer publishes
-    /// in each firing) occurs.
+    /// Maximum age of a value from another source, ns; beyond it, `late` (for a ratio input) or `link_lost` (for a value that a timer
+    /// publishes in each firing) occurs.
     pub age_max_ns: Option<i64>,
 }
 
 impl Limits {
-    /// Checks that the times are above 0.
+    /// Checks that the times are positive.
     ///
     /// # Errors
     /// `OutOfRange` with the offending limit.
@@ -104,9 +104,9 @@ impl Limits {
 /// Running time, which is held while the instance is suspended.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct RunningTime {
-    /// Time on the clock minus running time, while the running time advances.
+    /// Difference between the clock and the running time, while the running time advances.
     offset_ns: i64,
-    /// Running time at which it is held.
+    /// Running time while it is held; `None` while it advances.
     held_ns: Option<i64>,
 }
 
@@ -130,7 +130,7 @@ impl RunningTime {
         self.held_ns.is_some()
     }
 
-    /// Returns the time on the clock at which a running time is reached; `None` while it is held.
+    /// Returns the time on the clock at which a running time will be reached; `None` while it is held.
     pub fn clock_at(&self, running_ns: i64) -> Option<i64> {
         self.held_ns.is_none().then_some(self.offset_ns + running_ns)
     }
@@ -140,12 +140,13 @@ impl RunningTime {
     }
 }
 
-/// An end in progress.
+/// End in progress.
 #[derive(Clone, Debug)]
 pub(crate) struct Departure {
-    /// Cause for the report.
+    /// Cause to be reported.
     pub cause: Cause,
-    /// List that ran before the ending list, if that is running. Absent if τ has led on and the final end is still to come.
+    /// List that was running before the ending list, if the ending list is running. `None` if τ has led to another list and the final end
+    /// is still to come.
     pub ending_from: Option<usize>,
     /// Running time by which the departure must be complete.
     pub until_ns: Option<i64>,
@@ -154,14 +155,14 @@ pub(crate) struct Departure {
 /// Intervals by label, ns.
 pub(crate) type Intervals = IndexMap<String, u64>;
 
-/// Origin of an instance, from which its rates are checked again.
+/// Origin of an instance, used to recheck its rates.
 #[derive(Clone)]
 pub(crate) struct Origin {
     pub checked: Arc<CheckedVerb>,
     pub application: Application,
 }
 
-/// Stages that an instance left at the instant at which it entered them.
+/// Stages that an instance left at the same instant at which it entered them.
 #[derive(Default)]
 pub(crate) struct Entries {
     pub at_ns: i64,
@@ -176,49 +177,49 @@ pub(crate) struct Position {
     pub stage: usize,
     /// Stage to which the running sequence leads.
     pub target: (usize, usize),
-    /// Activations that are on.
+    /// Activations that are active.
     pub active: Vec<(usize, u32)>,
     /// Running time at which the current timed wait ends.
     pub wait_until_ns: Option<i64>,
     /// True if the instance has entered a list in this start.
     pub has_entered: bool,
-    /// Stages that the instance left at the instant at which it entered them.
+    /// Stages that the instance left at the same instant at which it entered them.
     pub entries: Entries,
 }
 
-/// Times of one start, and its limits.
+/// Times and limits of one start.
 #[derive(Default)]
 pub(crate) struct Times {
     pub running: RunningTime,
     pub started_ns: i64,
     pub limits: Limits,
-    /// Overruns of the instance's sources at the start.
+    /// Number of overruns of the instance's sources before the start.
     pub overruns_before: u64,
 }
 
-/// Work of the kernels for the instance, one movement at a time.
+/// Work that the kernels do for the instance, one movement at a time.
 #[derive(Default)]
 pub(crate) struct Work {
     pub sequence: VecDeque<Movement>,
-    /// Number of acknowledgements that the current movement still lacks.
+    /// Number of acknowledgements still missing for the current movement.
     pub outstanding: usize,
-    /// Sources whose acknowledgements are missing; `sent_ns` is the time at which they were asked.
+    /// Sources whose acknowledgements are missing; `sent_ns` is the time at which the request was sent to them.
     pub awaited: Vec<SourceId>,
     pub sent_ns: i64,
     /// Time at which an answer was found to be late, ns.
     pub last_call_ns: Option<i64>,
-    /// True if the current movement changes tables: the following ones wait for it, whatever happens to the instance.
+    /// True if the current movement changes tables: subsequent movements wait for it, whatever happens to the instance.
     pub structural: bool,
     pub epoch: u64,
-    /// True if the running or last script also ends the instance, unless something intervenes.
+    /// True if the running or most recent script also ends the instance, unless another event intervenes.
     pub is_through: bool,
-    /// Time of the next check whether machines follow, ns on the clock; nothing proceeds before.
+    /// Time of the next check that machines follow their commands, ns on the clock; no movement proceeds before this time.
     pub look_ns: Option<i64>,
-    /// Values captured by the scripts of the last movement.
+    /// Values captured by the scripts of the most recent movement.
     pub captured: Vec<(SourceId, Vec<u8>)>,
 }
 
-/// Findings for the report of one start, in addition to its condition.
+/// Information for the report of one start, in addition to its condition.
 #[derive(Default)]
 pub(crate) struct Findings {
     /// Outputs that the ending condition returns.
@@ -229,7 +230,7 @@ pub(crate) struct Findings {
 }
 
 impl Findings {
-    /// Expects no more captures.
+    /// Cancels all expected captures.
     pub fn expect_nothing(&mut self) {
         self.captures.expect_nothing();
         self.way.captures.expect_nothing();
@@ -239,9 +240,9 @@ impl Findings {
 /// Events of one start that lead, or may lead, to its end.
 #[derive(Default)]
 pub(crate) struct EndingEvents {
-    /// End in progress while lists still run.
+    /// End in progress while lists are still running.
     pub departure: Option<Departure>,
-    /// Time limit or loss that told the verb to end, if τ has led on from it.
+    /// Time limit or loss that ordered the verb to end, if τ has led from it to another list.
     pub began: Option<Cause>,
     /// True if a second `halt` is immediate.
     pub halting: bool,
@@ -249,7 +250,7 @@ pub(crate) struct EndingEvents {
     pub disabled: bool,
     /// True if a later start has aborted the instance; this happens only once.
     pub aborted: bool,
-    /// True if the later start acts on all devices of the instance.
+    /// True if that later start acts on all devices of the instance.
     pub is_overtaken: bool,
 }
 
@@ -260,20 +261,20 @@ pub(crate) struct Instance {
     pub installed: InstalledPlan,
     /// Logical device whose own verb the instance is.
     pub owner: Option<String>,
-    /// Origin from which the instance was created.
+    /// Application from which the instance was created.
     pub origin: Option<Origin>,
-    /// Intervals set at run time, valid until the next start: label → ns.
+    /// Intervals set at run time, which remain valid until the next start: label → ns.
     pub tuned: Intervals,
-    /// Values of its input parameters: those of the latest start, with later changes.
+    /// Values of the instance's input parameters: those of the latest start, updated by later changes.
     pub inputs: InputValues,
     /// Number of changes to inputs or intervals.
     pub changes: u64,
-    /// Instances that it follows: SVV → its writer.
+    /// Instances that this one follows: SVV → instance that writes the SVV.
     pub followed: IndexMap<String, u64>,
     pub life: Life,
     /// Number of starts of the instance.
     pub starts: u64,
-    /// Generation of the process as the supervisor knows it: kernel, supervisor and PS race to advance it.
+    /// Generation of the process known to the supervisor: kernel, supervisor and PS race to advance it.
     pub generation: u32,
     pub position: Position,
     pub times: Times,
@@ -288,7 +289,7 @@ impl Instance {
         InstalledVerb { plan: &self.plan, installed: &self.installed, devices }
     }
 
-    /// Returns the list and stage of a kernel's stage.
+    /// Returns the list and stage that correspond to a kernel's stage.
     pub fn list_stage(&self, kernel_stage: u16) -> (usize, usize) {
         let mut rest = usize::from(kernel_stage) / 2;
         for (index, list) in self.plan.lists.iter().enumerate() {
@@ -300,7 +301,7 @@ impl Instance {
         (self.plan.initial, 0)
     }
 
-    /// Returns the state shown to people, in which an end in progress is not visible.
+    /// Returns the state as displayed, in which an end in progress is not visible.
     pub fn state(&self) -> State {
         match &self.life {
             Life::Created => State::Created,
@@ -317,7 +318,7 @@ impl Instance {
         matches!(self.life, Life::Ending { .. })
     }
 
-    /// Returns true while the instance runs and its end is not in progress.
+    /// Returns true if the instance is running and its end is not in progress.
     pub fn is_running(&self) -> bool {
         matches!(self.life, Life::Running(_))
     }
@@ -326,22 +327,23 @@ impl Instance {
         matches!(self.life, Life::Suspended { .. })
     }
 
-    /// Returns true while the instance runs or is suspended and its end is not in progress.
+    /// Returns true if the instance is running or suspended and its end is not in progress.
     pub fn is_started(&self) -> bool {
         self.is_running() || self.is_suspended()
     }
 
-    /// Begins the end of the instance.
+    /// Starts the end of the instance.
     pub fn ends(&mut self, cause: Cause) {
         self.life = Life::Ending { from: self.state(), cause };
     }
 
-    /// Returns the report of the latest start, if that has ended.
+    /// Returns the report of the latest start, if it has ended.
     pub fn report(&self) -> Option<&Report> {
         if let Life::Ended(report) = &self.life { Some(report) } else { None }
     }
 
-    /// Returns the running time at which the time limit for coming to rest expires, while the instance comes to rest before a suspension.
+    /// Returns the running time at which the time limit for coming to rest expires, if the instance is coming to rest before a
+    /// suspension.
     pub fn resting_until_ns(&self) -> Option<i64> {
         if let Life::Running(Rest::Coming { until_ns, .. }) = self.life { Some(until_ns) } else { None }
     }
@@ -353,7 +355,7 @@ impl Instance {
         }
     }
 
-    /// Resets the instance for an accepted start, discarding everything of the previous one.
+    /// Resets the instance for an accepted start, discarding all state of the previous one.
     pub fn renew(&mut self) {
         self.starts += 1;
         let list = self.plan.initial;
@@ -364,7 +366,7 @@ impl Instance {
         (self.findings, self.leaving) = (Findings::default(), EndingEvents::default());
     }
 
-    /// Returns the index of a condition by name: its line for the current command list, if there is one.
+    /// Returns the index of a condition with this name: its line for the current command list, if there is one.
     pub fn condition(&self, name: &str) -> Option<usize> {
         let named = || self.plan.conditions.iter().enumerate().filter(|(_, c)| c.name == name);
         named().find(|(_, c)| c.holds_in(self.position.list)).or_else(|| named().next()).map(|(index, _)| index)
@@ -375,7 +377,7 @@ impl Instance {
         self.condition(condition.name())
     }
 
-    /// Returns true while the kernels have work left.
+    /// Returns true if the kernels have work left.
     pub fn is_under_way(&self) -> bool {
         self.work.outstanding > 0 || !self.work.sequence.is_empty()
     }
@@ -389,7 +391,7 @@ impl Instance {
         !matches!(self.life, Life::Created | Life::Ended(_))
     }
 
-    /// Returns the maximum time budget declared for a firing of this source, ns; 0 if none is declared. Saturates at `i64::MAX`.
+    /// Returns the maximum declared time budget for a firing of this source, ns; 0 if none is declared. Saturates at `i64::MAX`.
     pub fn budget_ns(&self, source: SourceId) -> i64 {
         let there = self.plan.activations.iter().zip(&self.installed.activation_source).filter(|(_, at)| **at == source);
         let longest = there.filter_map(|(of, _)| of.budget_ns).max().unwrap_or(0);

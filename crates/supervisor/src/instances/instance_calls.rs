@@ -22,7 +22,7 @@ impl System {
         self.shared.command(|core| core.course(instance).start(&values, limits, &definitions.configuration))
     }
 
-    /// Suspends an instance; returns when the kernels have done so.
+    /// Suspends an instance; returns after the kernels have suspended it.
     pub fn suspend(&self, instance: u64) -> Result<(), Refusals> {
         first(|| self.shared.command(|core| core.course(instance).suspend()))?;
         let is_settled = |i: &Instance| i.state() != State::Running || i.leaving.departure.is_some();
@@ -53,7 +53,8 @@ impl System {
         first(|| self.shared.command(|core| core.course(instance).halt()))
     }
 
-    /// Returns the end report of the latest start, waiting at most `slice` of real time. `until_ns`: timeout on the system's clock.
+    /// Returns the end report of the latest start, waiting at most `slice` of real time. `until_ns` is the deadline on the system's
+    /// clock.
     pub fn wait(&self, instance: u64, until_ns: Option<i64>, slice: Duration) -> Result<WaitResult<Report>, Refusals> {
         self.shared.wait_for(until_ns, slice, |core| core.instances.known(instance)?.ended())
     }
@@ -67,7 +68,7 @@ impl System {
         self.shared.locked().instances.get(&instance).map_or("deleted", |i| i.state().name())
     }
 
-    /// Waits until a condition on an instance holds, at most `SETTLE_MAX` of real time (kernels answer at once).
+    /// Waits until a condition on an instance holds, but at most `SETTLE_MAX` of real time (kernels answer immediately).
     pub(crate) fn until_settled(&self, instance: u64, holds: impl Fn(&Instance) -> bool) -> Result<(), Refusals> {
         let waited = self.shared.wait_for(None, SETTLE_MAX, |core| Ok(core.instances.get(&instance).is_none_or(&holds).then_some(())))?;
         match waited {
@@ -77,5 +78,5 @@ impl System {
     }
 }
 
-/// Maximum time for kernels to settle. They answer a script within a firing; a longer delay means that a processor does not run.
+/// Maximum time for kernels to settle. They answer a script within a firing; a longer delay means that a processor is not running.
 const SETTLE_MAX: Duration = Duration::from_secs(5);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages and values, for people, from faults and reported conditions.
+//! Human-readable messages and values for faults and reported conditions.
 use crate::instances::floating_point::floats_text;
 use crate::instances::following_errors::{GAP, motion_gap_text, number};
 use crate::instances::instance::Instance;
@@ -11,7 +11,7 @@ use model::value::Value;
 use opengpac::{CALLED_FORK, FLOATS_CHANGED, lost_text, signal_text};
 
 impl Instance {
-    /// Returns the value that a condition reported, if it has one.
+    /// Returns the value reported by a condition, if it has one.
     pub fn reported_value(&self, block: Option<usize>, item: u8, bytes: &[u8]) -> Option<Value> {
         let interface = self.installed.interfaces.get(block?)?;
         let declared = &interface.items.get(usize::from(item))?.type_text;
@@ -19,7 +19,7 @@ impl Instance {
         (!bytes.is_empty() && bytes.len() == of.size()).then(|| of.decode(bytes))
     }
 
-    /// Returns the text about a block's report that matches no current termination condition.
+    /// Returns the text about a block's report that does not match any current termination condition.
     pub fn unwatched(&self, block: BlockId, item: u8, fault: Option<(Fault, Vec<u8>)>) -> String {
         let index = self.installed.blocks.iter().position(|b| b.id() == block);
         match &fault {
@@ -34,8 +34,8 @@ impl Instance {
 }
 
 impl Instance {
-    /// Returns the logical device whose own verb this is and the lost time, s, if the block has reported the condition `gap`: the servo
-    /// has brought the joint to rest.
+    /// Returns the logical device whose own verb this is and the lost time, s, if the block has reported the condition `gap`, that is, if
+    /// the servo has brought the joint to rest.
     pub fn gap_of_owner(&self, block: BlockId, item: u8, value: &[u8]) -> Option<(String, f64)> {
         let owner = self.owner.as_ref()?;
         let index = self.installed.blocks.iter().position(|b| b.id() == block)?;
@@ -44,7 +44,7 @@ impl Instance {
     }
 }
 
-/// Returns the message for a gap that a generator of an instance has reported; empty for any other report.
+/// Returns the message for a gap reported by a generator of an instance; empty for any other report.
 pub(crate) fn gap_message(instance: &Instance, registry: &Registry, block: Option<usize>, item: u8, value: Option<&Value>) -> String {
     let is_gap = block.and_then(|index| item_name(instance, index, item)).is_some_and(|name| name == GAP);
     let Some(lost_s) = value.and_then(number).filter(|_| is_gap) else { return String::new() };
@@ -62,7 +62,7 @@ pub(crate) fn stopped_text(instances: &Instances, registry: &Registry, source: S
     format!("source '{}' stopped: {why}", registry.source_name(source))
 }
 
-/// Returns the text about a fault, naming the block and its code; `said` is the text of its exception.
+/// Returns the text about a fault, which names the block and the fault code; `said` is the text of its exception.
 pub(crate) fn fault_text(instance: &Instance, block: Option<usize>, fault: &Fault, said: &[u8]) -> String {
     let of = block.map(|b| &instance.plan.blocks[b]);
     let what = of.map_or("a block".to_owned(), |b| format!("block '{}' ({})", b.label, b.block));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Verb instances: their storage, creation, commands and reports, and the events that move them.
+//! Verb instances: their storage, creation, commands and reports, and the events that advance them.
 pub(crate) mod apply;
 pub(crate) mod captures;
 pub(crate) mod cause;

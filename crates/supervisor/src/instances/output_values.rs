@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! ω: locations of an instance's output values, and the values that a condition reads in each source.
+//! ω: locations of an instance's output values, and the values that are read in each source when a condition occurs.
 use crate::instances::captures::Piece;
 use crate::instances::installed_verb::InstalledVerb;
 use crate::movements::sequence::Builder;
@@ -10,7 +10,7 @@ use model::types::Type;
 use model::value::Value;
 
 impl InstalledVerb<'_> {
-    /// Returns the pieces of a condition's outputs that lie in `source`.
+    /// Returns the pieces of a condition's outputs that are located in `source`.
     pub fn outputs_in(&self, source: SourceId, condition: usize) -> Vec<Piece> {
         let mut pieces = self.pieces(condition);
         pieces.retain(|piece| self.piece_source(*piece) == source);
@@ -28,7 +28,7 @@ impl InstalledVerb<'_> {
         if let Target::Cells(cells) = &self.plan.outputs[output].target { cells.len() } else { 1 }
     }
 
-    /// Returns the source of a piece's value: that of the port that writes it, or else of a port that reads it.
+    /// Returns the source in which a piece's value is located: that of the port that writes it, or else that of a port that reads it.
     fn piece_source(&self, (output, part): Piece) -> SourceId {
         match &self.plan.outputs[output].target {
             Target::Item { block, .. } | Target::Report { block, .. } => self.installed.block_source[*block],
@@ -65,22 +65,23 @@ impl InstalledVerb<'_> {
         self.cells_of(&[piece]).iter().map(kernel::Cell::len).sum()
     }
 
-    /// Adds the operations that end the verb in `source`: switch everything off and safe, hold its running time, and read these outputs.
+    /// Adds the operations that end the verb in `source`: deactivate everything and make it safe, hold its running time, and read these
+    /// outputs.
     pub fn end_in(&self, builder: &mut Builder, source: SourceId, outputs: &[Piece]) {
         self.stop_in(builder, source);
         builder.add(source, Op::StopClock(self.installed.process.clone()));
         self.capture_in(builder, source, outputs);
     }
 
-    /// Adds the operation that reads these pieces in `source`, if there are any.
+    /// Adds the operation that reads those of these pieces that are in `source`, if any.
     pub fn capture_in(&self, builder: &mut Builder, source: SourceId, pieces: &[Piece]) {
         if !pieces.is_empty() {
             builder.add(source, Op::Capture(self.cells_of(pieces)));
         }
     }
 
-    /// Returns the pieces in `source` that a kernel reads when it enters the ending list: those of the condition, and those of the
-    /// conditions by which an earlier transition may have begun the end.
+    /// Returns the pieces in `source` that a kernel reads when it enters the ending list: the outputs of the condition, and those of the
+    /// conditions whose earlier transitions may have started the end.
     pub fn concluding_outputs(&self, source: SourceId, condition: usize) -> Vec<Piece> {
         let led_on = |c: usize| self.plan.lists.iter().any(|l| l.transitions.iter().any(|(on, _)| *on == c));
         let mut pieces = Vec::new();
@@ -103,7 +104,7 @@ pub(crate) fn reported(bytes: &[u8], item: usize) -> (&[u8], bool) {
     }
 }
 
-/// Decodes a value of a normalised type; several cells of that type become a list.
+/// Decodes a value of a normalised type; the values of several cells of that type become a list.
 pub(crate) fn decode(type_text: &str, several: bool, bytes: &[u8]) -> Value {
     let Ok(of) = Type::parse(type_text, &IndexMap::new()) else { return Value::List(Vec::new()) };
     if several && of.size() > 0 && bytes.len() != of.size() {

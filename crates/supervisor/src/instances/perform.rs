@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Call of a verb: creates, starts, awaits and deletes its instance, each in a step of the caller.
+//! Call of a verb: creates, starts, waits for and deletes its instance, each in a step of the caller.
 use crate::attending::Attending;
 use crate::core::Core;
 use crate::ending::report::Report;
@@ -13,7 +13,7 @@ use model::value::Value;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-/// An instance started by a caller that waits for its end.
+/// An instance started by a caller that waits for it to end.
 pub struct StartedInstance {
     instance: u64,
     attending: Option<Attending>,
@@ -27,8 +27,8 @@ impl StartedInstance {
 }
 
 impl System {
-    /// Starts an instance of [`System::create_to_start`] for a caller that waits for its end with [`System::complete`].
-    /// Deletes the instance if the start is refused.
+    /// Starts an instance created by [`System::create_to_start`] for a caller that waits for it to end with [`System::complete`]. Deletes
+    /// the instance if the start is refused.
     pub fn start_to_wait(&self, instance: u64, values: &IndexMap<String, Value>, limits: Limits) -> Result<StartedInstance, Refusals> {
         let attending = self.attending(instance);
         if let Err(refusals) = self.start(instance, values, limits) {
@@ -39,20 +39,20 @@ impl System {
         Ok(StartedInstance { instance, attending })
     }
 
-    /// Waits at most `slice` of real time for the end of an instance, and deletes it. If the time expires, continue with
+    /// Waits at most `slice` of real time for an instance to end, and deletes it. If the time expires, continue with
     /// [`System::performed`].
     pub fn complete(&self, started: StartedInstance, slice: Duration) -> Result<WaitResult<Report>, Refusals> {
         self.ended_and_deleted(started.instance, started.attending, slice)
     }
 
-    /// Handles kernel notifications itself from before the start, if the instance is likely to end at once.
+    /// Starts attending before the start if the instance will probably end immediately.
     fn attending(&self, instance: u64) -> Option<Attending> {
         let core = self.shared.locked();
         (!self.shared.is_virtual && core.expects(instance) == Watchful::At).then(|| Attending::new(&core))
     }
 
-    /// Returns the end report of an instance that [`System::start_to_wait`] has started, waiting at most `slice` of real time, and
-    /// deletes the instance.
+    /// Returns the end report of an instance started by [`System::start_to_wait`], waiting at most `slice` of real time, and deletes the
+    /// instance.
     pub fn performed(&self, instance: u64, slice: Duration) -> Result<WaitResult<Report>, Refusals> {
         self.ended_and_deleted(instance, None, slice)
     }
@@ -79,7 +79,7 @@ impl System {
 }
 
 impl Core {
-    /// Returns the time at which a just-started instance is expected to end.
+    /// Returns the time at which an instance that has just been started is expected to end.
     fn expects(&self, instance: u64) -> Watchful {
         let Some(instance) = self.instances.get(&instance).filter(|instance| instance.ends_in_its_opening().is_none()) else { return Watchful::At };
         let periods = instance.installed.sources.iter().map(|source| self.host.period_ns(*source));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Progress of an instance between its start and its end: within a stage, coming to rest, or on its way to an end.
+//! Progress of an instance between its start and its end: within a stage, while coming to rest, or towards an end.
 use crate::ending::report::Report;
 use crate::instances::cause::Cause;
 use crate::instances::instance::{Entries, Instance, Life, Rest};
@@ -13,16 +13,16 @@ use model::refusal::Refusals;
 use model::value::Value;
 use model::{ORDERLY, SystemCondition};
 
-/// Maximum number of stages in one instant; more are considered a loop.
+/// Maximum number of stages entered at one instant; more are considered an infinite loop.
 const ENTRIES_AN_INSTANT: u32 = 10_000;
 
 impl Instance {
-    /// Returns true while the ending list runs.
+    /// Returns true if the ending list is running.
     pub fn is_in_ending(&self) -> bool {
         self.leaving.departure.as_ref().is_some_and(|d| d.ending_from.is_some())
     }
 
-    /// Returns the list to which τ leads from the current one. An abort that τ does not name follows the line of a halt, whose
+    /// Returns the list to which τ leads from the current one. An abort for which τ has no line follows the line for a halt, whose
     /// deceleration suits both, unless another verb takes over all devices in motion.
     pub fn led_to(&self, condition: usize) -> Option<usize> {
         let transitions = &self.plan.lists[self.position.list].transitions;
@@ -31,13 +31,13 @@ impl Instance {
         to(condition).or_else(|| self.system(SystemCondition::Halted).filter(|_| is_abort).and_then(to))
     }
 
-    /// Returns true if the condition begins an orderly end, which the report remembers.
+    /// Returns true if the condition starts an orderly end, which is then recorded for the report.
     pub fn is_orderly(&self, condition: usize) -> bool {
         ORDERLY.contains(&self.plan.conditions[condition].name.as_str())
     }
 
     /// Returns the cause to report for an end that occurs now: the one that started an orderly departure, unless the end is itself
-    /// abnormal. While the ending list runs, it is always the original cause.
+    /// abnormal. If the ending list is running, it is always the original cause.
     pub fn remembered(&mut self, cause: Cause) -> Cause {
         let Some(departure) = self.leaving.departure.clone() else { return self.as_it_began(cause) };
         let came = &self.plan.conditions[cause.condition];
@@ -50,7 +50,7 @@ impl Instance {
         told
     }
 
-    /// Returns the time limit or loss that told the verb to end, if this condition would otherwise have led to further work.
+    /// Returns the time limit or loss that ordered the verb to end, if this condition would otherwise have led to further work.
     fn as_it_began(&mut self, cause: Cause) -> Cause {
         let is_cut = self.plan.lists[self.position.list].cut.contains(&cause.condition);
         let Some(began) = self.leaving.began.clone().filter(|_| is_cut && self.plan.conditions[cause.condition].normal) else { return cause };
@@ -68,7 +68,7 @@ impl Instance {
         is_there && !self.is_in_ending() && !self.is_ending()
     }
 
-    /// Returns true if the suspension sets an input first, and the block whose condition reports the rest is active.
+    /// Returns true if the suspension first sets an input, and the block whose condition reports that the instance is at rest is active.
     pub fn comes_to_rest(&self) -> bool {
         self.plan.suspend.holdings().iter().any(|holding| self.is_active(holding.until.0))
     }
@@ -77,12 +77,12 @@ impl Instance {
         self.position.active.iter().any(|(active, _)| *active == self.plan.blocks[block].activation)
     }
 
-    /// Returns true from the suspending call until the instance is held.
+    /// Returns true from the call that requests a suspension until the instance is held.
     pub fn is_coming_to_rest(&self) -> bool {
         matches!(self.life, Life::Running(Rest::Coming { .. } | Rest::Due))
     }
 
-    /// Records a condition that an instance coming to rest waits for; returns true if it was one.
+    /// Records a condition that an instance needs to come to rest; returns false for any other condition.
     pub fn come_to_rest(&mut self, block: Option<usize>, item: u8) -> bool {
         let mut holdings = self.plan.suspend.holdings().iter();
         let found = holdings.find(|holding| block == Some(holding.until.0) && usize::from(item) == holding.until.1);
@@ -94,15 +94,15 @@ impl Instance {
         true
     }
 
-    /// Returns true if everything active that has to come to rest is at rest.
+    /// Returns true if all active blocks that must come to rest have done so.
     pub fn has_come_to_rest(&self) -> bool {
         let has_come = |until| matches!(&self.life, Life::Running(Rest::Coming { rested, .. }) if rested.contains(until));
         let mut holdings = self.plan.suspend.holdings().iter();
         holdings.all(|holding| !self.is_active(holding.until.0) || has_come(&holding.until))
     }
 
-    /// Counts stages that are left at the instant of their entry: stages that are complete at once, or ended by a condition that one of
-    /// their `execute` commands reports. Returns the cause of an end if there are too many.
+    /// Counts stages that are left at the instant at which they were entered: stages that are complete on entry, or that end because of a
+    /// condition reported by one of their `execute` commands. Returns the cause of an end if there are too many.
     pub fn enters_again(&mut self, now_ns: i64) -> Option<Cause> {
         if self.position.entries.at_ns != now_ns {
             self.position.entries = Entries { at_ns: now_ns, ..Entries::default() };
@@ -122,7 +122,7 @@ impl Instance {
         Some(Cause { condition, block: None, value: None, message, time_ns: now_ns, asked_for: false })
     }
 
-    /// Returns the report of the latest start; `None` before its end. Refuses an instance that was never started.
+    /// Returns the report of the latest start; `None` if it has not ended. Refuses an instance that was never started.
     pub fn ended(&self) -> Result<Option<Report>, Refusals> {
         match &self.life {
             Life::Ended(report) => Ok(Some(Report::clone(report))),
@@ -131,8 +131,8 @@ impl Instance {
         }
     }
 
-    /// Returns the condition that ends the instance if its initial list is complete on entry and lies in one source: its first script
-    /// then also performs the end. A condition that a block reports in that script takes precedence, and the rest of the script is
+    /// Returns the condition that ends the instance if its initial list is complete on entry and is located on one source: its first
+    /// script then also performs the end. A condition reported by a block in that script takes precedence, and the rest of the script is
     /// skipped.
     pub fn ends_in_its_opening(&self) -> Option<usize> {
         let stage = &self.plan.lists[self.plan.initial].stages[0];
@@ -143,7 +143,7 @@ impl Instance {
     }
 
     /// Returns the next movement of the sequence. A new table for the only source of the instance is combined with the operations that
-    /// follow: both act as one between two firings, and the source is woken only once.
+    /// follow: both take effect together between two firings, and the source is woken only once.
     pub fn next_movement(&mut self) -> Option<Movement> {
         let movement = self.work.sequence.pop_front()?;
         let [source] = self.installed.sources[..] else { return Some(movement) };
@@ -169,7 +169,7 @@ impl Instance {
         }
     }
 
-    /// Records that a kernel has executed a script of the sequence; returns true if it was awaited.
+    /// Records that a kernel has executed a script of the sequence; returns true if the instance was waiting for it.
     pub fn take_acknowledgement(&mut self, epoch: u64, source: SourceId, captured: Vec<u8>) -> bool {
         let Some(at) = self.work.awaited.iter().position(|awaited| *awaited == source).filter(|_| self.work.epoch == epoch) else { return false };
         self.work.awaited.swap_remove(at);
@@ -180,7 +180,7 @@ impl Instance {
         true
     }
 
-    /// Refuses if the parameters of the instance cannot be set now.
+    /// Fails if the parameters of the instance cannot be set now.
     pub fn check_settable(&self) -> Result<(), Refusals> {
         if self.is_started() {
             return Ok(());
@@ -188,8 +188,8 @@ impl Instance {
         Err(invalid_state(&format!("'{}'", self.name), self.state().name(), "set a parameter of", "give the value at the next start"))
     }
 
-    /// Returns the current values of the input parameters: those of the latest start with later changes, or the defaults before the first
-    /// start.
+    /// Returns the current values of the input parameters: those of the latest start, updated by later changes, or the defaults before
+    /// the first start.
     pub fn present_inputs(&self) -> IndexMap<String, Option<Value>> {
         let given = self.plan.inputs.iter().enumerate().filter(|(_, input)| input.origin == InputOrigin::Given);
         let present = given.map(|(index, input)| {
@@ -200,7 +200,8 @@ impl Instance {
         present.collect()
     }
 
-    /// Returns the operations that set the intervals of tunable activations to those of a plan, or to the declared ones without a plan.
+    /// Returns the operations that set the intervals of tunable activations to those of a plan or, without a plan, to the declared
+    /// intervals.
     pub fn tune_ops(&self, plan: Option<&Plan>) -> Vec<(SourceId, Op)> {
         let tunable = self.plan.activations.iter().enumerate().filter(|(_, activation)| activation.tunable);
         let ops = tunable.map(|(index, _)| {

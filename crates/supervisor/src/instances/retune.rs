@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tunable intervals: changed while a verb runs, at a period boundary, after the model has checked that all rates still hold: those
+//! Tunable intervals: changed while a verb is running, at a period boundary, after the model has checked that all rates still hold: those
 //! within the instance, those of its inputs, and those of every instance that reads its outputs.
 use crate::definitions::system_definitions::Definitions;
 use crate::instances::instance::{Instance, Intervals, Origin};
@@ -12,7 +12,7 @@ use model::refusal::{Refusal, Refusals};
 use model::value::Value;
 use std::sync::Arc;
 
-/// An instance under a check of rates.
+/// An instance whose rates are being checked.
 #[derive(Clone)]
 struct Party {
     id: u64,
@@ -43,8 +43,7 @@ impl System {
     /// firings of each source.
     ///
     /// # Errors
-    /// Fails if an item is not tunable or a value does not match its type, or if a rate would not hold; names both ends of it.
-    /// Nothing has changed then.
+    /// Fails if an item is not tunable, if a value does not match its type, or if a rate would no longer hold; the refusal then names both ends of the relation. In that case nothing has changed.
     pub fn set(&self, instance: u64, values: &IndexMap<String, Value>, every: &IndexMap<String, u64>) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         let present = self.shared.locked().instances.known(instance)?.plan.clone();
@@ -61,7 +60,7 @@ impl System {
         done
     }
 
-    /// Restores the declared intervals that an earlier start has changed, if all rates hold with them.
+    /// Restores the declared intervals if an earlier start has changed them and if all rates hold with them.
     pub(crate) fn untune(&self, definitions: &mut Definitions, instance: u64) -> Result<(), Refusals> {
         let party = self.shared.locked().instances.get(&instance).filter(|i| !i.tuned.is_empty() && !i.is_busy()).and_then(Party::of);
         let Some(party) = party else { return Ok(()) };
@@ -70,7 +69,7 @@ impl System {
         Ok(())
     }
 
-    /// Returns all resulting intervals, and the plan with them.
+    /// Returns all resulting intervals, and the plan that uses them.
     fn rates_with(&self, definitions: &mut Definitions, instance: u64, every: &IndexMap<String, u64>) -> Result<(Intervals, Plan), Refusals> {
         let mut party = {
             let core = self.shared.locked();
@@ -86,7 +85,7 @@ impl System {
         Ok((tuned, self.rates_hold(definitions, party).map_err(named)?))
     }
 
-    /// Checks that the rates of instances that follow SVVs written by a new instance hold with it.
+    /// Checks that the rates of instances that follow SVVs still hold when a new instance writes these SVVs.
     pub(crate) fn followers_hold(&self, definitions: &mut Definitions, instance: u64) -> Result<(), Refusals> {
         let (name, written) = {
             let core = self.shared.locked();
@@ -107,7 +106,7 @@ impl System {
         })
     }
 
-    /// Checks the rates of an instance and of all its followers; if they hold, later applications see them.
+    /// Checks the rates of an instance and of all its followers; if they hold, makes them visible to later applications.
     fn rates_hold(&self, definitions: &mut Definitions, party: Party) -> Result<Plan, Refusals> {
         let before = definitions.configuration.writers.clone();
         let plan = party.retuned(definitions)?;
@@ -136,7 +135,7 @@ impl System {
     }
 }
 
-/// Enters the rates at which an instance writes. Returns the SVVs whose writer has changed.
+/// Registers the rates at which an instance writes. Returns the SVVs whose writer has changed.
 fn enter_rates(definitions: &mut Definitions, instance: &str, plan: &Plan) -> Vec<String> {
     let mut changed = Vec::new();
     for (svv, writer) in plan.writers(instance, &definitions.configuration) {

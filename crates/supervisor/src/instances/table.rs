@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Table of all verb instances, with the start queue and the names.
+//! Table of all verb instances, including the start queue and the names.
 use crate::instances::instance::{Instance, Limits};
 use crate::refuse::invalid_state;
 use crate::registry::{DeviceState, Registry};
@@ -16,18 +16,18 @@ use std::ops::Index;
 pub(crate) struct Request {
     pub id: u64,
     pub stores: Vec<(Target, Vec<u8>)>,
-    /// Values of its input parameters, effective from its beginning.
+    /// Values of the input parameters, effective when the start begins.
     pub inputs: InputValues,
     pub limits: Limits,
 }
 
-/// Instances by their numbers.
+/// Instances by number.
 #[derive(Default)]
 pub(crate) struct Instances {
     by_number: BTreeMap<u64, Instance>,
-    /// Starts that wait for claims, in order.
+    /// Starts waiting for claims, in order.
     pub queue: Vec<Request>,
-    /// Number of instances named so far, by verb.
+    /// Number of instances named so far for each verb.
     named: HashMap<String, u64>,
 }
 
@@ -48,7 +48,7 @@ impl Instances {
         self.by_number.get_mut(id)
     }
 
-    /// Returns an instance that has not been deleted.
+    /// Returns an instance if it has not been deleted.
     pub fn known(&self, id: u64) -> Result<&Instance, Refusals> {
         self.get(&id).ok_or_else(|| invalid_state("the verb instance", "deleted", "use", "create a new one with new_instance(…)"))
     }
@@ -89,7 +89,7 @@ impl Instances {
         self.by_number.keys()
     }
 
-    /// Returns the instance that an installed block belongs to, and its index there.
+    /// Returns the instance to which an installed block belongs, and the index of the block in it.
     pub fn culprit(&self, block: BlockId) -> Option<(&Instance, usize)> {
         self.values().find_map(|i| Some((i, i.installed.blocks.iter().position(|b| b.id() == block)?)))
     }
@@ -104,7 +104,7 @@ impl Instances {
         self.values().filter(|i| i.is_busy() && i.plan.devices.iter().any(|d| d == device)).count()
     }
 
-    /// Returns disabled, enabling, standstill, moving, stopping or fault.
+    /// Returns the state of a device: `disabled`, `enabling`, `standstill`, `moving`, `stopping` or `fault`.
     pub fn device_state(&self, registry: &Registry, device: &str) -> Result<&'static str, Refusals> {
         Ok(match registry.logical(device)?.state {
             DeviceState::Disabled => "disabled",

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Execution of movements: scripts for the kernels, tables, connections, and the values that are moved with cells. The effect of a
-//! movement on the life of its instance is handled elsewhere.
+//! Execution of movements: scripts for the kernels, tables, connections, and the values that are moved together with cells. The effect of
+//! a movement on the state of its instance is handled elsewhere.
 use crate::claims::writers::Pair;
 use crate::instances::table::Instances;
 use crate::movements::sequence::{CarriedCell, Inlet, Movement, Object, by_source};
@@ -36,7 +36,7 @@ impl Carrier<'_> {
         }
     }
 
-    /// Returns one script; `None` if the source is cut off.
+    /// Returns a script of these operations; `None` if the source is cut off.
     fn script(&mut self, source: SourceId, ops: Vec<Op>, purpose: Purpose) -> Option<Box<Script>> {
         let id = self.numbers.fresh();
         self.scripts.sent(id, purpose);
@@ -46,7 +46,7 @@ impl Carrier<'_> {
         (!self.cut_off.contains(&source)).then(|| Box::new(Script { id, ops }))
     }
 
-    /// Returns an operation that replaces the table of `source` by one for the current state of the system.
+    /// Returns an operation that replaces the table of `source` with one for the current state of the system.
     pub fn table_op(&self, source: SourceId) -> Op {
         self.wiring.table_op(source, self.taps.rings(source))
     }
@@ -59,7 +59,7 @@ impl Carrier<'_> {
         }
     }
 
-    /// Replaces tables without waking a source, because all removed blocks are already off.
+    /// Replaces tables without waking a source, because all removed blocks are already inactive.
     pub fn renew_tables_at_leisure(&mut self, sources: Vec<SourceId>) {
         for source in sources {
             let op = self.table_op(source);
@@ -69,12 +69,12 @@ impl Carrier<'_> {
         }
     }
 
-    /// Makes new asynchronous groups for these pairs. Returns the movements that have to follow.
+    /// Creates new asynchronous groups for these pairs. Returns the movements that must follow.
     pub fn reconnect(&mut self, pairs: Vec<Pair>) -> Vec<Movement> {
         self.wiring.reconnect(self.host, self.registry, pairs)
     }
 
-    /// Stores a value in every image that contains the SVV, and keeps it for images that are added later.
+    /// Stores a value in every image that contains the SVV, and keeps it for images added later.
     pub fn store_everywhere(&mut self, svv: &str, bytes: &[u8]) -> Vec<(SourceId, Op)> {
         let now_ns = self.host.now_ns();
         let Some(record) = self.registry.svvs.get_mut(svv) else { return Vec::new() };
@@ -106,7 +106,7 @@ impl Carrier<'_> {
         self.send(id, scripts);
     }
 
-    /// Replaces the table, then executes `ops` in the same script under the new table.
+    /// Replaces the table, then executes `ops` under the new table, in the same script.
     pub fn swap_and_go_on(&mut self, id: u64, source: SourceId, mut ops: Vec<Op>) {
         ops.insert(0, self.table_op(source));
         self.send(id, vec![(source, ops)]);
@@ -120,7 +120,7 @@ impl Carrier<'_> {
         self.swap_tables(id, readers);
     }
 
-    /// Initialises SVVs that start as copies, in every image, with the values captured by the previous script.
+    /// Initialises SVVs that start as copies with the values captured by the previous script, in every image.
     pub fn copy_initial(&mut self, id: u64) {
         let Some(instance) = self.instances.get_mut(&id) else { return };
         let captured: Vec<u8> = std::mem::take(&mut instance.work.captured).into_iter().flat_map(|(_, bytes)| bytes).collect();
@@ -137,7 +137,7 @@ impl Carrier<'_> {
         self.send(id, by_source(stores));
     }
 
-    /// Returns the cells that move to another source together with a cell: (cell there, cell here).
+    /// Returns the cells that move to another source together with a cell, as (cell in the old source, cell in the new source).
     fn carried(&self, id: u64, CarriedCell { object, from, to }: &CarriedCell) -> Vec<(Cell, Cell)> {
         let pair = |cells: &BTreeMap<SourceId, Cell>| cells.get(from).cloned().zip(cells.get(to).cloned());
         match object {

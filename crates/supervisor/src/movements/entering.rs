@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Insertion of a new instance into the running system: its steps into the order of each source, its ports at the SVVs.
+//! Insertion of a new instance into the running system: its steps into the order of each source, and its ports into the records of the
+//! SVVs.
 use crate::claims::writers::Pair;
 use crate::movements::carrier::Carrier;
 use crate::refuse::refuse;
@@ -17,7 +18,7 @@ use model::plan::{CellKind, Plan, PlannedCell};
 use model::refusal::{Class, Refusals};
 use std::collections::{HashMap, HashSet};
 
-/// (writer, reader).
+/// Edge from writer to reader.
 type Edge = (BlockId, BlockId);
 
 impl Carrier<'_> {
@@ -39,7 +40,7 @@ impl Carrier<'_> {
         Ok(merged)
     }
 
-    /// Refuses synchronous ports that would have to run both before and after each other.
+    /// Refuses synchronous ports that would have to run before each other.
     fn cycle(&self, verb: &str, installed: &InstalledPlan, source: &str, cycle: &[BlockId]) -> Refusals {
         let known = self.wiring.tables.values().flat_map(|t| &t.steps).map(|s| &s.block).chain(&installed.blocks);
         let names: Vec<&str> = known.filter(|b| cycle.contains(&b.id())).map(|b| b.name()).collect();
@@ -51,8 +52,8 @@ impl Carrier<'_> {
     }
 
     /// Returns the edges that the new blocks add to the order of a source, synchronous and asynchronous: those of their own plan that its
-    /// order satisfies, and those through SVVs to installed blocks. The writer of an SVV runs only while it has claimed it: between two
-    /// instances that both write it there is no edge, because they never run at the same time.
+    /// order satisfies, and those through SVVs to installed blocks. The writer of an SVV runs only while it has claimed the SVV, so there
+    /// is no edge between two instances that both write it: they never run at the same time.
     fn edges(&self, plan: &Plan, installed: &InstalledPlan, source: SourceId) -> (Vec<Edge>, Vec<Edge>) {
         let (mut hard, mut soft) = own_edges(plan, installed, source);
         for cell in &plan.cells {
@@ -79,7 +80,8 @@ impl Carrier<'_> {
         (hard, soft)
     }
 
-    /// Returns the installed blocks of a source that read an SVV written by others, each with whether it reads synchronously.
+    /// Returns the installed blocks of a source that read an SVV written by others, each with a flag that is true if it reads
+    /// synchronously.
     fn readers_of(&self, svv: &str, source: SourceId) -> Vec<(BlockId, bool)> {
         let mut found = Vec::new();
         for instance in self.instances.values().filter(|i| i.installed.sources.contains(&source)) {
@@ -92,7 +94,7 @@ impl Carrier<'_> {
         found
     }
 
-    /// Enters the steps of an instance in the tables of its sources.
+    /// Adds the steps of an instance to the tables of its sources.
     pub fn enter_steps(&mut self, id: u64, plan: &Plan, installed: &InstalledPlan, merged: Vec<(SourceId, Vec<BlockId>)>) {
         for (source, order) in merged {
             let table = self.wiring.tables.get_mut(&source).expect("a source has its table as long as the system lives");
@@ -171,7 +173,7 @@ fn own_edges(plan: &Plan, installed: &InstalledPlan, source: SourceId) -> (Vec<E
     (hard, soft)
 }
 
-/// Returns the SVVs that a block stores, and the private cells that other blocks store too, with their stamps in its image.
+/// Returns the SVVs that a block stores, and the private cells that other blocks also store, with their stamps in the block's image.
 fn stamped(plan: &Plan, installed: &InstalledPlan, block: usize, svvs: &IndexMap<String, SvvRecord>) -> Vec<StampedValue> {
     let source = installed.block_source[block];
     let mut found = Vec::new();
@@ -188,7 +190,7 @@ fn stamped(plan: &Plan, installed: &InstalledPlan, block: usize, svvs: &IndexMap
     found
 }
 
-/// Returns the step of one planned block.
+/// Returns the step of a planned block.
 fn step(instance: u64, plan: &Plan, installed: &InstalledPlan, index: usize, registry: &Registry) -> StepRecord {
     let planned = &plan.blocks[index];
     let block = installed.blocks[index].clone();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Insertion of the windows that a new instance reads, and of the blocks that append to them.
+//! Insertion of the windows that a new instance reads, and of the blocks that append values to them.
 use crate::movements::carrier::Carrier;
 use crate::movements::sequence::by_source;
 use kernel::{Op, SourceId};
@@ -9,8 +9,8 @@ use model::plan::CellKind;
 type Scripts = Vec<(SourceId, Vec<Op>)>;
 
 impl Carrier<'_> {
-    /// Creates the windows that a new instance reads, and registers those that it and others append to. Returns the scripts to run first
-    /// in each source, and the sources whose tables change.
+    /// Creates the windows that a new instance reads, and registers the windows to which this and other instances append. Returns the
+    /// scripts to run first in each source, and the sources whose tables change.
     pub fn enter_histories(&mut self, id: u64) -> (Scripts, Vec<SourceId>) {
         let plan = self.instances[&id].plan.clone();
         let (mut fills, mut names) = (Vec::new(), Vec::new());
@@ -29,7 +29,7 @@ impl Carrier<'_> {
         (by_source(fills), self.renew_appends(&names, &[id]))
     }
 
-    /// Registers the windows of these SVVs, and of the private cells of these instances, with the blocks that append to them. Returns the
+    /// Registers the windows of these SVVs, and of these instances' private cells, with the blocks that append to them. Returns the
     /// sources whose tables change.
     pub fn renew_appends(&mut self, svvs: &[String], instances: &[u64]) -> Vec<SourceId> {
         let writers = svvs.iter().filter_map(|name| self.registry.svvs.get(name)).flat_map(|svv| &svv.writers);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Homes of cells that blocks of several sources write: before a command lets such a block run, the cell is moved to the block's source.
+//! Homes of cells that are written by blocks of several sources: before a command makes such a block run, the cell is moved to the
+//! block's source.
 use crate::instances::installed_verb::InstalledVerb;
 use crate::movements::sequence::{Builder, Movement};
 use crate::wiring::homes::run_by;
@@ -7,7 +8,8 @@ use crate::wiring::installed::Homes;
 use model::plan::PlannedCommand;
 
 impl InstalledVerb<'_> {
-    /// Moves the cells that a command lets blocks write to their homes before it acts, unless they are already there.
+    /// Moves the cells that blocks of a command may write to their new homes before the command takes effect, unless they are already
+    /// there.
     pub fn bring(&self, builder: &mut Builder, command: &PlannedCommand) {
         if self.installed.homes.is_empty() {
             return;
@@ -26,7 +28,7 @@ impl InstalledVerb<'_> {
         }
     }
 
-    /// Returns the homes after the commands of a stage: they are determined by the active blocks.
+    /// Returns the homes after the commands of a stage, which are determined by the active blocks.
     pub fn homes_in(&self, list: usize, stage: usize) -> Homes {
         let active = &self.plan.lists[list].stages[stage].active;
         let is_on = |block: usize| active.iter().any(|(activation, _)| *activation == self.plan.blocks[block].activation);
@@ -37,7 +39,7 @@ impl InstalledVerb<'_> {
         self.installed.homes.keys().filter_map(of).collect()
     }
 
-    /// Returns true if an output is located in different sources at different times: no kernel can read it alone.
+    /// Returns true if an output is located in different sources at different times, so that no kernel can read it alone.
     pub fn moves(&self, output: usize) -> bool {
         use model::plan::Target;
         match &self.plan.outputs[output].target {

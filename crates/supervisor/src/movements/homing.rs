@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Homing of cells: before a block runs that writes a cell located in another source, the cell is moved to the block's source.
+//! Homing of cells: before a block that writes a cell located in another source runs, the cell is moved to the block's source.
 use crate::movements::carrier::Carrier;
 use crate::movements::sequence::{CarriedCell, Movement, Object};
 use crate::wiring::connect::crossings;
@@ -9,7 +9,7 @@ use model::plan::CellKind;
 
 impl Carrier<'_> {
     /// Moves cells that blocks are about to write, (planned cell, block), from other sources to the blocks' own. Returns the movements
-    /// that have to follow.
+    /// that must follow.
     pub fn bring_home(&mut self, id: u64, cells: &[(usize, usize)]) -> Vec<Movement> {
         let Some(instance) = self.instances.get(&id) else { return Vec::new() };
         let plan = instance.plan.clone();
@@ -49,8 +49,8 @@ impl Carrier<'_> {
         movements
     }
 
-    /// Redirects the followers of an instance's SVVs to the blocks that are now on, after a kernel has moved the instance within its
-    /// source.
+    /// Redirects the followers of an instance's SVVs to the blocks that are now active, after a kernel has advanced the instance within
+    /// its source.
     pub fn follow_writers(&mut self, id: u64) -> Vec<Movement> {
         let Some(instance) = self.instances.get(&id) else { return Vec::new() };
         let (plan, mut on) = (instance.plan.clone(), Vec::new());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Execution of sequences: one movement after the other, each after the acknowledgement of the previous one.
+//! Execution of sequences: one movement at a time, each after the previous one has been acknowledged.
 use crate::alarms::causes::alarm_enabled;
 use crate::instances::course::Course;
 use crate::instances::installed_verb::InstalledVerb;
@@ -11,11 +11,11 @@ use kernel::{Cell, SourceId, TakeResult};
 use model::SystemCondition;
 use model::plan::{PlannedCommand, Wait};
 
-/// Period for checking a machine that should follow, ns.
+/// Interval for checking a machine that should follow its commands, ns.
 const LOOK_NS: i64 = 1_000_000;
 
 impl Course<'_> {
-    /// Replaces the rest of the sequence, except for movements that the system needs.
+    /// Replaces the remaining sequence, except for movements that the system needs.
     pub fn replace_sequence(&mut self, movements: impl IntoIterator<Item = Movement>) {
         let id = self.id;
         if let Some(instance) = self.core.instances.get_mut(&id) {
@@ -112,7 +112,8 @@ impl Course<'_> {
         }
     }
 
-    /// Proceeds if the previous script has captured that every machine follows; otherwise checks again a little later.
+    /// Proceeds if the values captured by the previous script show that every machine follows its commands; otherwise schedules another
+    /// check.
     fn await_operation(&mut self, cells: Vec<(SourceId, Cell)>) {
         let now_ns = self.core.host.now_ns();
         let Some(instance) = self.core.instances.get_mut(&self.id) else { return };
@@ -133,7 +134,7 @@ impl Course<'_> {
         }
     }
 
-    /// Records that a stage has been entered: its wait starts; a stage that is complete at once leads on.
+    /// Records that a stage has been entered: its wait starts. If the stage is already complete, it leads to the next one.
     pub fn entered(&mut self, list: usize, stage: usize) {
         let id = self.id;
         self.enter_stage(list, stage, stage == 0);
@@ -159,7 +160,7 @@ impl Course<'_> {
         self.follow();
     }
 
-    /// Stores the position of the instance. `begins`: the list starts, possibly the same list again.
+    /// Stores the position of the instance. `begins` is true if the list starts, even if it is the same list again.
     fn enter_stage(&mut self, list: usize, stage: usize, begins: bool) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -190,7 +191,7 @@ impl Course<'_> {
         }
     }
 
-    /// Proceeds from a stage that is complete at once.
+    /// Proceeds from a stage that is already complete.
     fn follow(&mut self) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -212,8 +213,8 @@ impl Course<'_> {
         }
     }
 
-    /// Takes the process from the kernels: nothing moves it until a stage is entered, and the instance's position is updated. Returns
-    /// false if a kernel was faster and its event is on the way (`insist`: overrides a freeze, but never an end).
+    /// Takes the process from the kernels: nothing advances it until a stage is entered, and the position of the instance is updated.
+    /// Returns false if a kernel was faster and its event has not arrived yet. `insist` overrides a freeze, but never an end.
     pub fn take_process(&mut self, insist: bool) -> bool {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return false };
@@ -229,7 +230,7 @@ impl Course<'_> {
         true
     }
 
-    /// Moves the instance to (list, stage). Its process has been taken.
+    /// Moves the instance to (list, stage). Its process must already have been taken.
     pub fn go(&mut self, list: usize, stage: usize) {
         self.go_from(Builder::default(), list, stage);
     }

@@ -8,8 +8,8 @@ use crate::wiring::follow::{driving_svvs, due, step_drivers};
 use kernel::{Op, SourceId};
 
 impl Carrier<'_> {
-    /// Redirects the followers of SVVs to an instance that begins to write them; `again`: SVVs whose existing followers are redirected
-    /// too, because another block of the instance now writes them.
+    /// Redirects the followers of SVVs to an instance that begins to write them. `again` lists SVVs whose existing followers are
+    /// redirected as well, because another block of the instance now writes them.
     pub fn turn_followers(&mut self, writer: u64, again: &[String]) -> Vec<Movement> {
         let shared = self.registry.shared_svvs(&self.instances[&writer].plan);
         self.turn_where(&shared, writer, |svv, followed| followed != writer || again.contains(svv))
@@ -20,7 +20,7 @@ impl Carrier<'_> {
         self.turn_where(svvs, writer, |_, _| true)
     }
 
-    /// Redirects each follower once, with all its SVVs among these for which `turns` returns true for the SVV and its writer.
+    /// Redirects each follower once, with all those of its SVVs among these for which `turns` returns true for the SVV and its writer.
     fn turn_where(&mut self, svvs: &[String], writer: u64, turns: impl Fn(&String, u64) -> bool) -> Vec<Movement> {
         let turned = |instance: &Instance| -> Vec<String> {
             svvs.iter().filter(|svv| instance.followed.get(*svv).is_some_and(|followed| turns(svv, *followed))).cloned().collect()
@@ -29,7 +29,8 @@ impl Carrier<'_> {
         followers.into_iter().filter(|(_, turned)| !turned.is_empty()).filter_map(|(follower, turned)| self.turn(follower, turned, writer)).collect()
     }
 
-    /// Adds the SVVs of a follower that share a queue, before or now, with one of these: all values of one block arrive in one queue.
+    /// Adds the SVVs of a follower that share a queue with one of these, before or after the redirection, because all values of one block
+    /// arrive in the same queue.
     fn turn_together(&self, follower: &Instance, svvs: &mut Vec<String>) {
         loop {
             let mine = self.wiring.tables.values().flat_map(|table| &table.outlets).filter(|outlet| outlet.instance == Some(follower.id));
@@ -42,7 +43,8 @@ impl Carrier<'_> {
         }
     }
 
-    /// Redirects one follower of SVVs to another writer: to a queue of its own, or to the writer's activation if both are in one source.
+    /// Redirects one follower of SVVs to another writer: to a queue of its own, or to the writer's activation if both are on the same
+    /// source.
     fn turn(&mut self, follower: u64, mut svvs: Vec<String>, writer: u64) -> Option<Movement> {
         let mut instance = self.instances.remove(&follower)?;
         instance.followed.extend(svvs.iter().map(|svv| (svv.clone(), writer)));
@@ -88,7 +90,7 @@ impl Carrier<'_> {
         Some(Movement::Follow { sources, follows })
     }
 
-    /// Returns new tables for these sources, each with the operations that make its activations follow.
+    /// Returns new tables for these sources, each with the operations that make the activations follow.
     pub fn follow_ops(&self, mut sources: Vec<SourceId>, follows: Vec<(SourceId, Op)>) -> Vec<(SourceId, Vec<Op>)> {
         sources.sort();
         sources.dedup();

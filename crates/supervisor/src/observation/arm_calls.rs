@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Calls for arms: describes an arm, sets the file of its taught points, and lists the arms.
+//! Calls for arms: describe an arm, set the file that contains its taught points, and list the arms.
 use crate::observation::arms::{ArmDescription, PointFile};
 use crate::system::System;
 use model::refusal::Refusals;
 
 impl System {
-    /// Registers an arm, replacing the one of that name. Fails if its chain does not fit its joints, or there are too many arms.
+    /// Registers an arm, replacing any arm with the same name. Fails if its chain does not match its joints, or if there are too many
+    /// arms.
     pub fn describe_arm(&self, arm: ArmDescription) -> Result<(), Refusals> {
         self.shared.command(|core| core.observation.arms.enter(arm))
     }
 
-    /// Sets the file in which the taught points of an arm are kept.
+    /// Sets the file in which the taught points of an arm are stored.
     pub fn name_points(&self, file: PointFile) -> Result<(), Refusals> {
         self.shared.command(|core| {
             core.observation.arms.enter_points(file);
@@ -18,12 +19,12 @@ impl System {
         })
     }
 
-    /// Returns the file in which the taught points of an arm are kept. Fails if no program has named one.
+    /// Returns the file in which the taught points of an arm are stored. Fails if no program has set one.
     pub fn point_file(&self, arm: &str) -> Result<PointFile, Refusals> {
         self.shared.locked().observation.arms.points(arm).cloned()
     }
 
-    /// Returns the arms whose joints are all present as logical devices.
+    /// Returns the arms whose joints all exist as logical devices.
     pub fn arms(&self) -> Vec<ArmDescription> {
         let core = self.shared.locked();
         core.observation.arms.present(|joint| core.registry.logical.contains_key(joint))

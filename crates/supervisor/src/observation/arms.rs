@@ -8,16 +8,16 @@ use model::refusal::{Class, Refusals};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 
-/// Maximum number of arms of a system.
+/// Maximum number of arms in a system.
 pub const ARMS_MAX: usize = 64;
 
-/// An arm: joints that move one tool.
+/// An arm: joints that together move one tool.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ArmDescription {
     pub name: String,
-    /// Logical devices of its joints, in the order of the chain.
+    /// Logical devices of the arm's joints, in the order of the chain.
     pub joints: Vec<String>,
     /// Geometry that connects the joints; null if it is unknown.
     #[serde(default)]
@@ -27,29 +27,29 @@ pub struct ArmDescription {
     pub missing: String,
 }
 
-/// Geometry of an arm, as a value of the parameter `chain` of the kinematic blocks. Poses are x y z (m), then the quaternion w x y z.
+/// Geometry of an arm, as the value of the parameter `chain` of the kinematics blocks. Poses are x y z (m), then the quaternion w x y z.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct ChainDescription {
     /// Number of joints.
     pub joints: usize,
-    /// Kind of each of 16 joints: 0 does not move the tool, 1 turns, 2 slides.
+    /// Kind of each of 16 joints: 0 does not move the tool, 1 revolute, 2 prismatic.
     pub kind: Vec<i32>,
-    /// Base of the arm in the frame in which poses are given.
+    /// Pose of the arm's base in the frame in which poses are specified.
     pub base: Vec<f64>,
-    /// Flange in the frame of the base with every joint at 0.
+    /// Pose of the flange in the frame of the base with all joints at 0.
     pub home: Vec<f64>,
-    /// Tool in the frame of the flange.
+    /// Pose of the tool in the frame of the flange.
     pub tool: Vec<f64>,
-    /// Unit vector along the axis of each of 16 joints, in the frame of the base, with every joint at 0.
+    /// Unit vector along the axis of each of 16 joints, in the frame of the base, with all joints at 0.
     pub axis: Vec<Vec<f64>>,
     /// Point on each of these axes, m.
     pub anchor: Vec<Vec<f64>>,
 }
 
 impl ChainDescription {
-    /// Returns the chain in the form of the blocks; `None` if its lists have other lengths.
+    /// Returns the chain in the format of the blocks; `None` if its lists have the wrong lengths.
     fn chain(&self) -> Option<Chain> {
         Some(Chain {
             joints: i32::try_from(self.joints).ok()?,
@@ -68,18 +68,18 @@ fn vectors(of: &[Vec<f64>]) -> Option<[[f64; 3]; JOINTS_MAX]> {
     read?.try_into().ok()
 }
 
-/// File in which the taught points of an arm are kept, as named by the program. The supervisor does not read it.
+/// File in which the taught points of an arm are stored, as set by the program. The supervisor does not read it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PointFile {
     /// Name of the arm.
     pub arm: String,
     pub path: PathBuf,
-    /// Identifier of the mechanics of the arm, as stored in the file.
+    /// Identifier of the arm's mechanical model, as stored in the file.
     pub model: String,
     /// Short names of the joints, and the unit of each.
     pub joints: Vec<String>,
     pub units: Vec<String>,
-    /// Points of other models are accepted too.
+    /// True if points taught with other models are accepted as well.
     pub any_model: bool,
 }
 
@@ -91,7 +91,8 @@ pub(crate) struct Arms {
 }
 
 impl Arms {
-    /// Registers an arm, replacing the one of that name. Fails if its chain does not fit its joints, or there are too many arms.
+    /// Registers an arm, replacing any arm with the same name. Fails if its chain does not match its joints, or if there are too many
+    /// arms.
     pub fn enter(&mut self, arm: ArmDescription) -> Result<(), Refusals> {
         let name = &arm.name;
         if name.is_empty() || arm.joints.is_empty() {
@@ -114,12 +115,12 @@ impl Arms {
         self.point_files.insert(file.arm.clone(), file);
     }
 
-    /// Returns the file of the taught points of an arm. Fails if no program has named one.
+    /// Returns the file of the taught points of an arm. Fails if no program has set one.
     pub fn points(&self, arm: &str) -> Result<&PointFile, Refusals> {
         self.point_files.get(arm).ok_or_else(|| unknown("file of taught points for arm", arm, self.point_files.keys().map(String::as_str)))
     }
 
-    /// Returns the arms whose joints are all present, in the order in which they were described.
+    /// Returns the arms whose joints all exist, in the order in which the arms were described.
     pub fn present(&self, is_there: impl Fn(&str) -> bool) -> Vec<ArmDescription> {
         self.by_name.values().filter(|arm| arm.joints.iter().all(|joint| is_there(joint))).cloned().collect()
     }

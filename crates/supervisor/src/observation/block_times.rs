@@ -7,7 +7,7 @@ use model::refusal::{Class, Refusals};
 use serde::Serialize;
 use std::collections::HashMap;
 
-/// Maximum duration of a probe. An observer renews it in time, so an abandoned probe ends by then.
+/// Maximum duration of a probe. An observer must renew the probe in time; an abandoned probe ends after this time at the latest.
 pub const PROBE_MAX_NS: u64 = 3_600_000_000_000;
 
 /// Durations of a block's invocations, as measured by a probe.
@@ -16,25 +16,25 @@ pub const PROBE_MAX_NS: u64 = 3_600_000_000_000;
 pub struct BlockTimes {
     /// Verb instance.
     pub instance: String,
-    /// A block of a nested graph: `outer.inner.block`.
+    /// Label of the block; in a nested graph, `outer.inner.block`.
     pub label: String,
-    /// `module.block`.
+    /// Function block, as `module.block`.
     pub block: String,
     /// Number of invocations measured.
     pub samples: u64,
-    /// Duration of the last of them, ns.
+    /// Duration of the most recently measured invocation, ns.
     pub last_ns: u64,
     /// Mean duration, ns.
     pub mean_ns: f64,
     /// Maximum duration, ns.
     pub max_ns: u64,
-    /// Number of the last measured invocation.
+    /// Number of the most recently measured invocation.
     pub number: u64,
 }
 
 impl System {
-    /// Starts a probe that visits the blocks of a source, or of all sources, one per firing, for the next `for_ns` of real time. Several
-    /// observers cost no more than one. It does not affect any computation and costs three clock readings per firing.
+    /// Starts a probe that measures the blocks of a source, or of all sources, one per firing, for the next `for_ns` of real time.
+    /// Several observers cost no more than one. The probe does not affect any computation, and costs three clock readings per firing.
     ///
     /// # Errors
     /// Fails if the source does not exist or the time exceeds an hour.
@@ -55,7 +55,7 @@ impl System {
     }
 }
 
-/// Returns the blocks of each source that have been visited since their installation.
+/// Returns the blocks of each source that have been measured since their installation.
 pub(crate) fn by_source(shared: &SystemState) -> HashMap<SourceId, Vec<BlockTimes>> {
     let mut found: HashMap<SourceId, Vec<BlockTimes>> = HashMap::new();
     let ids: Vec<u64> = shared.locked().instances.keys().copied().collect();

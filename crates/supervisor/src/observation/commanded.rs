@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Commands in the log, with their callers. A command that is repeated for the same subject many times a second is entered once a second
-//! with its count, so that a program that sets an override in a loop leaves room for other entries. A command of the program is entered
-//! when it has its first effect on the log, or when it completes: only then is it known not to be refused.
+//! Commands in the log, with their callers. A command that is repeated for the same subject many times a second is logged once a second
+//! with its count, so that a program that sets an override in a loop leaves space for other entries. A command of the program is logged
+//! when it has its first effect on the log, or when it completes, because only then is it known not to be refused.
 use std::collections::VecDeque;
 
 /// Time during which a repeated command is only counted, ns of the system's clock.
 const REPEATED_NS: i64 = 1_000_000_000;
-/// Maximum number of remembered commands.
+/// Maximum number of commands to remember.
 const REMEMBERED_MAX: usize = 64;
 
 /// A command in the log.
@@ -20,12 +20,12 @@ struct GivenCommand {
     repeats: u64,
 }
 
-/// The latest commands.
+/// Most recent commands.
 #[derive(Default)]
 pub(crate) struct LatestCommands(VecDeque<GivenCommand>);
 
 impl LatestCommands {
-    /// Returns the number of repetitions of a command since its last entry; `None` if it must not be entered now.
+    /// Returns the number of repetitions of a command since its last log entry; `None` if the command must not be logged now.
     pub fn enter(&mut self, who: &str, call: &str, about: &str, is_refused: bool, now_ns: i64) -> Option<u64> {
         let same = |given: &GivenCommand| given.who == who && given.call == call && given.about == about && given.is_refused == is_refused;
         let mut before = 0;

@@ -14,7 +14,7 @@ impl System {
         number
     }
 
-    /// Returns the companion with that number.
+    /// Returns the companion with this number.
     pub fn companion(&self, number: u64) -> Option<Arc<dyn Companion>> {
         self.shared.companions.lock().expect("nobody panics with the lock held").present.get(&number).cloned()
     }
@@ -30,7 +30,7 @@ impl System {
         present.iter().for_each(|companion| companion.end());
     }
 
-    /// Returns a handle of the same system for an observer; dropping it closes nothing.
+    /// Returns a handle of the same system for an observer; dropping the handle does not close the system.
     pub fn observer(&self) -> System {
         System::of(&self.name, self.shared.clone())
     }

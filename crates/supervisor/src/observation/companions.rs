@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Companions: objects outside the supervisor that accompany a system and end with it, such as recordings.
+//! Companions: objects outside the supervisor, such as recordings, that accompany a system and end with it.
 use std::any::Any;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A companion that ends with the system.
+/// An object that accompanies a system and ends with it.
 pub trait Companion: Any + Send + Sync {
-    /// Notifies the companion that the system closes: nothing moves, but everything can still be read. Idempotent.
+    /// Notifies the companion that the system is closing: nothing moves, but everything can still be read. Idempotent.
     fn end(&self);
 
     /// Returns the companion for a caller that knows its type.

@@ -16,7 +16,7 @@ pub struct SvvAbout {
     pub kind: CellKind,
     /// C type as declared.
     pub type_text: String,
-    /// Declarations of the struct types that it needs, by name.
+    /// Declarations of the struct types used by the type, by name.
     pub types: IndexMap<String, String>,
     /// Type with its layout.
     #[serde(rename = "type")]
@@ -24,13 +24,13 @@ pub struct SvvAbout {
     pub unit: String,
     /// Number of values kept.
     pub history: u32,
-    /// Logical device that it belongs to.
+    /// Logical device to which the SVV belongs.
     pub device: Option<String>,
-    /// Ports that write it, `instance.label.port`.
+    /// Ports that write the value, as `instance.label.port`.
     pub writers: Vec<String>,
-    /// Ports that read it.
+    /// Ports that read the value.
     pub readers: Vec<String>,
-    /// Number of verb instances with a port bound to it.
+    /// Number of verb instances that have a port bound to the value.
     pub bound: usize,
     /// Properties of an SVV.
     #[serde(flatten)]
@@ -41,7 +41,7 @@ pub struct SvvAbout {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SvvOwn {
-    /// Number of this SVV among all SVVs of the same name over time; `NAME@ID` refers to exactly this one.
+    /// Number of this SVV among all SVVs that have ever had the same name; `NAME@ID` refers to exactly this one.
     pub id: u32,
     /// Minimum and maximum that a programming system may write, if both are finite.
     pub within: Option<(f64, f64)>,
@@ -59,22 +59,22 @@ pub struct InstanceAbout {
     pub blocks: Vec<BlockAbout>,
     /// Names of the command lists.
     pub lists: Vec<String>,
-    /// Command list that is running, or ran last.
+    /// Command list that is running or was the last to run.
     pub list: String,
-    /// Names of the termination conditions, including those of every verb.
+    /// Names of the termination conditions, including those that every verb has.
     pub conditions: IndexSet<String>,
-    /// Current values of the input parameters: those of the latest start with later changes, or the defaults before the first start. Null
-    /// if there is no value yet.
+    /// Current values of the input parameters: those of the latest start, updated by later changes, or the defaults before the first
+    /// start. Null if there is no value yet.
     pub inputs: IndexMap<String, Option<Value>>,
     /// Names of the output values.
     pub outputs: IndexSet<String>,
-    /// Logical device whose own verb it is.
+    /// Logical device whose own verb the instance is.
     pub owner: Option<String>,
     /// Number of starts.
     pub starts: u64,
     /// Running time since the start, excluding suspensions, s.
     pub running_s: f64,
-    /// Arguments that were added implicitly at creation, and other remarks.
+    /// Remarks, for example about arguments that were added implicitly at creation.
     pub remarks: Vec<String>,
 }
 
@@ -82,9 +82,9 @@ pub struct InstanceAbout {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct BlockAbout {
-    /// A block of a nested graph: `outer.inner.block`.
+    /// Label of the block; in a nested graph, `outer.inner.block`.
     pub label: String,
-    /// `module.block`.
+    /// Function block, as `module.block`.
     pub block: String,
     /// Interrupt source that runs the block, `rtp.source`.
     pub source: String,
@@ -95,7 +95,7 @@ pub struct BlockAbout {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Names {
     pub processors: Vec<String>,
-    /// Processors outside the supervisor's process, by the process in which they run.
+    /// Processors outside the supervisor's process, by process.
     pub processes: IndexMap<String, Vec<String>>,
     /// Processor on which the supervisor runs.
     pub supervisor: Option<String>,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Form of the picture of installed instances that `picture.rs` produces.
+//! Data structure of the picture of installed instances that `picture.rs` produces.
 use crate::observation::states::InstanceState;
 use indexmap::IndexMap;
 use model::configuration::Rate;
@@ -21,20 +21,20 @@ pub struct InstalledInstance {
     pub name: String,
     pub verb: String,
     pub state: InstanceState,
-    /// Command list that is running, or ran last.
+    /// Command list that is running or was the last to run.
     pub list: String,
     /// Index of the current wait in the list.
     pub stage: usize,
-    /// Logical device whose own verb it is.
+    /// Logical device whose own verb the instance is.
     pub owner: Option<String>,
     /// Number of starts.
     pub starts: u64,
-    /// Owner of the instance, or the first of the logical devices that it acts on.
+    /// Owner of the instance, or else the first of the logical devices on which it acts.
     pub device: Option<String>,
-    /// Logical devices that the instance acts on.
+    /// Logical devices on which the instance acts.
     pub devices: Vec<String>,
-    /// Current values of the input parameters: those of the latest start with later changes, or the defaults before the first start. Null
-    /// if there is no value yet.
+    /// Current values of the input parameters: those of the latest start, updated by later changes, or the defaults before the first
+    /// start. Null if there is no value yet.
     pub inputs: IndexMap<String, Option<Value>>,
     pub blocks: Vec<InstalledBlock>,
     pub cells: Vec<InstalledCell>,
@@ -49,7 +49,7 @@ pub struct InstalledCourse {
     pub lists: Vec<InstalledList>,
     pub conditions: Vec<InstalledCondition>,
     pub transitions: Vec<InstalledTransition>,
-    /// List that a start begins with.
+    /// List with which a start begins.
     pub initial: String,
     /// List that runs at the end.
     pub ending: Option<String>,
@@ -59,16 +59,16 @@ pub struct InstalledCourse {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InstalledBlock {
-    /// A block of a nested graph: `outer.inner.block`.
+    /// Label of the block; in a nested graph, `outer.inner.block`.
     pub label: String,
-    /// `module.block`.
+    /// Function block, as `module.block`.
     pub block: String,
     pub doc: String,
     /// Interrupt source that runs the block, `rtp.source`.
     pub source: String,
-    /// Number of elements of its sized ports.
+    /// Number of elements of the block's sized ports.
     pub size: Option<u32>,
-    /// Source file of the block; empty if not known.
+    /// Source file of the block; empty if unknown.
     pub file: String,
     /// Current interval if the block is active, otherwise that of the first list that activates it, ns; null if no timer determines it.
     pub every_ns: Option<u64>,
@@ -76,16 +76,16 @@ pub struct InstalledBlock {
     pub activation: InstalledActivation,
 }
 
-/// Activation of a block, and the reason why it becomes due.
+/// Activation of a block, and the reason for which it becomes due.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InstalledActivation {
-    /// True while the activation is on.
+    /// True if it is active.
     pub on: bool,
     pub due: DueBy,
     /// Labels of the blocks that drive the activation.
     pub by: Vec<String>,
-    /// Rate in each command list in which the activation is on.
+    /// Rate in each command list in which it is active.
     pub rates: IndexMap<String, Rate>,
     /// Time budget of one invocation, ns.
     pub budget_ns: Option<u64>,
@@ -93,7 +93,8 @@ pub struct InstalledActivation {
     pub tunable: bool,
 }
 
-/// Reason why an active block becomes due: its interval or trigger, the blocks that drive it, or values from other sources and instances.
+/// Reason for which an active block becomes due: its interval or trigger, the blocks that drive it, or values from other sources and
+/// instances.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -109,16 +110,16 @@ pub enum DueBy {
 pub struct InstalledPort {
     pub name: String,
     pub direction: PortDirection,
-    /// True if the block writes it.
+    /// True if the block writes the port.
     pub writes: bool,
     pub type_text: String,
     pub unit: String,
     /// Effective mode: `synchronous`, `ratio 5`, `asynchronous`.
     pub mode: String,
     pub doc: String,
-    /// SVV, private cell, channel or constant that it is bound to, by the name used in `read`, `svv_about` and the stream.
+    /// SVV, private cell, channel or constant to which the port is bound, by the name used in `read`, `svv_about` and the stream.
     pub cell: Option<String>,
-    /// True for an input without a default.
+    /// True if it is an input without a default.
     pub required: bool,
     /// Cells of an array port that is bound to one cell per element.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -187,7 +188,7 @@ pub enum CellKind {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InstalledList {
     pub name: String,
-    /// Commands in the syntax of a program, for people to read.
+    /// Commands in the syntax of a program, for display.
     pub commands: Vec<String>,
 }
 
@@ -196,18 +197,18 @@ pub struct InstalledList {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InstalledCondition {
     pub name: String,
-    /// Block conditions that it consists of, `label.condition`.
+    /// Block conditions that make up this condition, as `label.condition`.
     pub of: Vec<String>,
     /// True if every verb has the condition: `halted`, `time_limit`.
     pub system: bool,
-    /// Output values that it returns.
+    /// Output values that the condition returns.
     pub returns: Vec<String>,
-    /// True if it ends the verb with an exception.
+    /// True if the condition ends the verb with an exception.
     pub raises: bool,
-    /// Command lists in which it holds; empty: all.
+    /// Command lists in which the condition holds; if empty, all.
     pub during: Vec<String>,
     pub priority: i32,
-    /// Code of the alarm that it raises.
+    /// Code of the alarm that the condition raises.
     pub alarm: Option<String>,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Exchange point between the supervisor and a tap.
+//! Exchange point between the supervisor and a tap, where rows are handed over.
 use kernel::{RowsEnd, SourceId};
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicU64;
@@ -21,7 +21,7 @@ pub struct TapChannel {
 /// Offset of the values of one channel in the rows of a ring.
 pub(crate) struct Field {
     pub channel: usize,
-    /// Offset of the writer's stamp, and the number of the stamp within the channel: a different stamp means a different writer.
+    /// Offset of the writer's stamp, and the number of this stamp within the channel: a different number means a different writer.
     pub stamp: Option<(usize, u64)>,
     /// n for a ratio output n, otherwise 1.
     pub ratio: u64,
@@ -29,27 +29,27 @@ pub(crate) struct Field {
     pub value: usize,
 }
 
-/// Rows of one ring, from its creation until the next ring of its source takes effect.
+/// Rows of one ring, from its creation until the next ring of the same source takes effect.
 pub(crate) struct Segment {
     pub source: SourceId,
-    /// Keeps the remote processor's end of the ring alive too.
+    /// End of the ring, which also keeps the remote processor's end open.
     pub end: Arc<RowsEnd>,
     pub fields: Vec<Field>,
     /// Number of rows taken.
     pub taken: Arc<AtomicU64>,
 }
 
-/// Rows passed from the supervisor to a tap.
+/// Rows handed over from the supervisor to a tap.
 #[derive(Default)]
 pub(crate) struct TapRows {
     pub segments: Vec<Segment>,
-    /// Values that the PS or ψ stored in an SVV without a writer: (channel, time, bytes).
+    /// Values that the PS or ψ has stored in an SVV without a writer: (channel, time, bytes).
     pub stores: Vec<(usize, i64, Vec<u8>)>,
     /// Number of lost values, by channel.
     pub lost: BTreeMap<usize, u64>,
-    /// Channels added since the last call, following the earlier ones.
+    /// Channels added since the last call, to be appended to the earlier ones.
     pub channels: Vec<TapChannel>,
-    /// True while time is held until the tap has been read.
+    /// True if time is held until the tap has been read.
     pub pressed: bool,
 }
 
@@ -65,7 +65,7 @@ impl Inbox {
         self.arrived.lock().expect("nobody panics with the lock held")
     }
 
-    /// Waits until the tap must be read at once, or until the timeout.
+    /// Waits until the tap must be read immediately, but at most until the timeout.
     pub fn wait_pressed(&self, timeout: Duration) {
         let arrived = self.locked();
         drop(self.turned.wait_timeout_while(arrived, timeout, |arrived| !arrived.pressed).expect("nobody panics with the lock held"));
@@ -77,7 +77,7 @@ impl Inbox {
         self.turned.notify_all();
     }
 
-    /// Requests that the tap be read, and waits briefly for it.
+    /// Requests that the tap be read, and waits briefly until it has been.
     pub fn press(&self) {
         let mut arrived = self.locked();
         arrived.pressed = true;
@@ -86,5 +86,5 @@ impl Inbox {
     }
 }
 
-/// Maximum time that a step of the virtual clock waits for a tap before it checks again.
+/// Maximum time for which a step of the virtual clock waits for a tap before it checks again.
 const PRESSED_MAX: Duration = Duration::from_millis(20);

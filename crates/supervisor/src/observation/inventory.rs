@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Full inventory of a system, for a programming system that connects later and adopts the configuration of another one.
+//! Full inventory of a system, for a programming system that connects later and adopts a configuration created by another one.
 use crate::refuse::{refuse, unknown};
 use crate::system::System;
 use device::{CounterAbout, Geometry, JointKind, SafeStateAbout, ServiceAbout};
@@ -29,13 +29,13 @@ pub struct Inventory {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ProcessorAbout {
-    /// CPU core that the processor is bound to.
+    /// CPU core to which the processor is bound.
     pub core: Option<usize>,
     /// True if the supervisor runs on the processor.
     pub supervisor: bool,
-    /// Process that the processor runs in; null: the supervisor's.
+    /// Process in which the processor runs; null for that of the supervisor.
     pub process: Option<String>,
-    /// Host that the processor runs on; null: the supervisor's.
+    /// Host on which the processor runs; null for that of the supervisor.
     pub host: Option<String>,
 }
 
@@ -44,7 +44,7 @@ pub struct ProcessorAbout {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PhysicalDevice"))]
 pub struct PhysicalDeviceAbout {
-    /// Interrupt source that reads and writes the device; absent in the answer of the call that opens it.
+    /// Interrupt source that reads and writes the device; absent from the answer to the call that opens it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
     #[serde(default)]
@@ -55,17 +55,17 @@ pub struct PhysicalDeviceAbout {
     /// Time without a command after which the device enters its safe state, ns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub watchdog_ns: Option<u64>,
-    /// True if the device continues under its last commands when its driver's process exits or hangs: it has no watchdog, and no guard
-    /// can reach it.
+    /// True if the device continues to follow its last commands when its driver's process exits or hangs, because it has no watchdog and
+    /// no guard can reach it.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub unguarded: bool,
-    /// Explanation of `unguarded`, with the remedy; absent if something makes the device safe.
+    /// Explanation of `unguarded` and the remedy; absent if the device can be made safe.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub unguarded_why: Option<String>,
-    /// Place of the driver's exchange: "inline", "worker" or "process".
+    /// Execution context of the driver's exchange: "inline", "worker" or "process".
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
-    /// Agents that bring the outputs to their safe state, and the time that this takes.
+    /// Agents that bring the outputs to their safe state, and the time that they take to do so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub safe_state: Option<SafeStateAbout>,
     /// Acyclic services of the driver.
@@ -74,7 +74,7 @@ pub struct PhysicalDeviceAbout {
     /// Counters of the driver.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub counters: Vec<CounterAbout>,
-    /// Further properties that the driver declares.
+    /// Additional properties declared by the driver.
     #[serde(flatten)]
     pub more: IndexMap<String, Option<Value>>,
 }
@@ -84,7 +84,7 @@ pub struct PhysicalDeviceAbout {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DevicePart {
     pub name: String,
-    /// Further properties that the driver declares: for a joint `unit`, `range_min`, `range_max`, `effort_max`, `speed_max`, `home`, and
+    /// Additional properties declared by the driver: for a joint `unit`, `range_min`, `range_max`, `effort_max`, `speed_max`, `home`, and
     /// `servo` with the gains `kp` and `kd`. 1e6 means no limit.
     #[serde(flatten)]
     pub more: IndexMap<String, Option<Value>>,
@@ -122,8 +122,8 @@ impl System {
         }
     }
 
-    /// Returns the bodies of a physical device for drawing. Joints and contacts include `svv`, the name by which they are read, if the
-    /// device has a channel for it. Fails if the device does not exist or has no shape.
+    /// Returns the bodies of a physical device for drawing. Joints and contacts include `svv`, the name under which they can be read, if
+    /// the device has a channel for them. Fails if the device does not exist or has no shape.
     pub fn geometry(&self, device: &str) -> Result<Geometry, Refusals> {
         let (driver, channels) = {
             let core = self.shared.locked();

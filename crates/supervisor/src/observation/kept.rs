@@ -9,28 +9,28 @@ use std::sync::Arc;
 /// A value with its number and time.
 type Past = (u64, i64, Vec<u8>);
 
-/// A value stored by a block: its source, and its row.
+/// A value stored by a block, as the source and the row.
 type WrittenRow = (SourceId, Row);
 
 /// History of an SVV at one instant.
 pub(crate) struct KeptHistory {
     pub history: usize,
-    /// Rings with their numbers of rows at that instant. Later rows are omitted, since earlier stores between them would be missing.
+    /// Rings, with their numbers of rows at that instant. Later rows are omitted, because stores that occurred between them would be
+    /// missing.
     pub rings: Vec<(SourceId, Arc<RowsEnd>, u64)>,
     pub stays: Arc<Stays>,
     pub stores: Arc<VecDeque<StoredValue>>,
 }
 
 impl KeptHistory {
-    /// Returns up to `count` last values, oldest first: (number, time, bytes).
+    /// Returns up to `count` most recent values, oldest first: (number, time, bytes).
     pub fn last(&self, count: usize) -> Vec<Past> {
         let mut values = self.with_stores(self.written());
         let keep = count.min(self.history);
         values.split_off(values.len().saturating_sub(keep))
     }
 
-    /// Returns the values stored by blocks, as far as they are kept, oldest first; values of the same instant are in the order of their
-    /// homes.
+    /// Returns the values stored by blocks that are still kept, oldest first; values with the same time are in the order of their homes.
     fn written(&self) -> Vec<WrittenRow> {
         let rows = |(source, ring, written): &(SourceId, Arc<RowsEnd>, u64)| -> Vec<WrittenRow> {
             let mut rows = ring.reader().last(self.history + ROWS_SPARE);
@@ -46,7 +46,7 @@ impl KeptHistory {
         values
     }
 
-    /// Returns the values stored by blocks, merged with those stored by the PS and ψ, each of which has the number of the previous
+    /// Returns the values stored by blocks, merged with those stored by the PS and ψ, each of which carries the number of the previous
     /// invocation.
     fn with_stores(&self, written: Vec<WrittenRow>) -> Vec<Past> {
         let mut values: Vec<Past> = Vec::with_capacity(written.len() + self.stores.len());

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The log: commands with their callers, conditions, faults, transitions, starts and ends. The last few thousand entries are kept.
+//! The log: commands with their callers, conditions, faults, transitions, starts and ends. Only the last few thousand entries are kept.
 use crate::observation::commanded::{AnnouncedCommand, LatestCommands};
 use model::wording::printable;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::sync::Arc;
 
-/// Maximum number of entries. If there are more, the oldest of the most frequent subject is dropped: jogging pushes out jogging, not the
-/// fault before it.
+/// Maximum number of entries. If there are more, the oldest entry of the most frequent subject is dropped: jogging displaces jogging, not
+/// the fault before it.
 const ENTRIES_MAX: usize = 4096;
 
 #[derive(Clone, Debug, Serialize)]
@@ -16,23 +16,24 @@ const ENTRIES_MAX: usize = 4096;
 pub struct Entry {
     pub sequence: u64,
     pub time_s: f64,
-    /// `start`, `admission`, `exchange`, `end`, `condition`, `transition`, `ending`, `fault`, `overrun`, `late`, `device`, `processor_lost`, `emergency_stop`, `lost`, `journal`, `control`, `recorder`, `module`, `command`.
+    /// Kind of the entry: `start`, `admission`, `exchange`, `end`, `condition`, `transition`, `ending`, `fault`, `overrun`, `late`,
+    /// `device`, `processor_lost`, `emergency_stop`, `lost`, `journal`, `control`, `recorder`, `module`, `command`.
     pub kind: &'static str,
-    /// Verb instance, device or source that the entry is about.
+    /// Verb instance, device or source to which the entry refers.
     pub about: String,
     pub text: String,
-    /// Caller of a command: `program` for the program that this system is part of, or a session or caller of the control interface;
+    /// Caller of a command: `program` for the program of which this system is a part, or a session or caller of the control interface;
     /// otherwise empty.
     pub who: String,
 }
 
-/// Kind and subject of an entry: `jog` represents all instances `jog#1`, `jog#2`, ….
+/// Kind and subject of an entry; `jog` stands for all instances `jog#1`, `jog#2`, ….
 type Subject = Arc<(&'static str, String)>;
 
 #[derive(Default)]
 pub(crate) struct Log {
     entries: BTreeMap<Subject, VecDeque<Entry>>,
-    /// Number of entries per subject, ascending: the last subject makes room.
+    /// Number of entries per subject, ascending: entries of the last subject are dropped first.
     counts: BTreeSet<(usize, Subject)>,
     kept: usize,
     next: u64,
@@ -48,7 +49,7 @@ impl Log {
         self.add_of(time_ns, kind, about, text, "");
     }
 
-    /// Adds an entry made by a caller. A command in progress thereby has an effect, so its own entry is added first.
+    /// Adds an entry caused by a caller. A command in progress thereby has an effect, so its own entry is added first.
     pub fn add_of(&mut self, time_ns: i64, kind: &'static str, about: &str, text: impl Into<String>, who: &str) {
         self.enter_announced();
         self.push(time_ns, kind, about, text, who);
@@ -86,7 +87,7 @@ impl Log {
         self.next
     }
 
-    /// Returns the entries from number `sequence` on.
+    /// Returns the entries starting at number `sequence`.
     pub fn since(&self, sequence: u64) -> Vec<Entry> {
         let new = |of: &VecDeque<Entry>| of.range(of.partition_point(|entry| entry.sequence < sequence)..).cloned().collect::<Vec<_>>();
         let mut since: Vec<Entry> = self.entries.values().flat_map(new).collect();
@@ -98,7 +99,7 @@ impl Log {
 const PROGRAM: &str = "program";
 
 impl Log {
-    /// Adds a command, with the reason if it was refused.
+    /// Adds a command, with the reason for its refusal if it was refused.
     pub fn command(&mut self, who: &str, call: &str, about: &str, refused: Option<&str>, now_ns: i64) {
         let Some(before) = self.commanded.enter(who, call, about, refused.is_some(), now_ns) else { return };
         let refused = refused.map(|why| format!(" was refused: {why}")).unwrap_or_default();

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Calls that add to the log: commands with their callers, and reports from outside the supervisor.
+//! Calls that add to the log: commands with their callers, and messages from outside the supervisor.
 use crate::alarms::causes::alarm_recording;
 use crate::precedence::first;
 use crate::system::System;
 use model::refusal::Refusals;
 
-/// Command, as logged, of the program that the system is part of.
+/// Command of the program of which the system is a part, as logged.
 pub struct ProgramCommand<'a> {
     pub call: &'static str,
     pub subject: CommandSubject<'a>,
@@ -20,14 +20,14 @@ pub enum CommandSubject<'a> {
 }
 
 impl System {
-    /// Logs a command: its caller (`who`), its call, its subject, and the reason if it was refused.
+    /// Logs a command: its caller (`who`), its call, its subject, and the reason for its refusal if it was refused.
     pub fn log_command(&self, who: &str, call: &str, about: &str, refused: Option<&str>) {
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();
         core.observation.log.command(who, call, about, refused, now_ns);
     }
 
-    /// Executes a command of the program that this system is part of, and logs it.
+    /// Executes a command of the program of which this system is a part, and logs it.
     pub fn as_program<T>(&self, command: &ProgramCommand<'_>, act: impl FnOnce() -> Result<T, Refusals>) -> Result<T, Refusals> {
         let run = || self.announced(command, act);
         if command.stops { first(run) } else { run() }
@@ -53,7 +53,7 @@ impl System {
         result
     }
 
-    /// Returns the name of an instance, or its number if it was deleted.
+    /// Returns the name of an instance, or its number if it has been deleted.
     pub fn instance_name(&self, instance: u64) -> String {
         self.shared.locked().instances.get(&instance).map_or_else(|| instance.to_string(), |i| i.name.clone())
     }
@@ -72,7 +72,7 @@ impl System {
         core.observation.log.add(now_ns, "control", "system", text);
     }
 
-    /// Returns the entries of the log from number `sequence` on.
+    /// Returns the log entries starting at number `sequence`.
     pub fn log_since(&self, sequence: u64) -> Vec<crate::observation::log::Entry> {
         self.shared.locked().observation.log.since(sequence)
     }
@@ -84,7 +84,7 @@ impl System {
         core.observation.log.add(now_ns, kind, about, text);
     }
 
-    /// Raises an alarm for a recording that ended because its file cannot be written any longer.
+    /// Raises an alarm for a recording that ended because its file can no longer be written.
     pub fn recording_failed(&self, why: &str) {
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();
@@ -92,7 +92,7 @@ impl System {
         alarm_recording(&mut core, why);
     }
 
-    /// Logs that a module changed the floating-point control words of the thread that loaded it; they have been restored.
+    /// Logs that a module changed the floating-point control words of the thread that loaded it; they have already been restored.
     pub(crate) fn note_floats(&self, module: &str) -> String {
         let text = format!(
             "code module '{module}' changed the floating-point state of the thread that loaded it, which was restored: link it without -ffast-math, and set nothing in its initialisation"

@@ -9,8 +9,8 @@ use std::time::Duration;
 pub type Past = (u64, i64, Vec<u8>);
 
 impl System {
-    /// Returns one consistent snapshot: its time, and each SVV's bytes, number and time. SVVs of different sources are read at the next
-    /// boundary of each source.
+    /// Returns one consistent snapshot: its time, and the bytes, number and time of each SVV. Each source reads its SVVs at its next
+    /// boundary.
     pub fn read(&self, names: &[String]) -> Result<(i64, Vec<Reading>), Refusals> {
         if !self.shared.is_virtual {
             // A device that was just opened is read within a period of its source; `ask_for` names devices that are not.
@@ -29,7 +29,7 @@ impl System {
         }
     }
 
-    /// Returns up to `count` last values, oldest first.
+    /// Returns up to `count` most recent values, oldest first.
     pub fn history(&self, name: &str, count: usize) -> Result<Vec<Past>, Refusals> {
         // The kept rows are referenced under the lock and copied without it, so no command waits.
         let kept = kept(&self.shared.locked(), name)?;
@@ -37,7 +37,7 @@ impl System {
     }
 }
 
-/// Maximum time that a read waits for the first reading of a device.
+/// Maximum time for which a read waits for the first reading of a device.
 const FIRST_READING_MAX: Duration = Duration::from_secs(1);
-/// Maximum time for kernels to answer. They answer within a firing; a longer delay means that a processor does not run.
+/// Maximum time for kernels to answer. They answer within a firing; a longer delay means that a processor is not running.
 const READ_MAX: Duration = Duration::from_secs(5);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Picture of the installed instances: blocks with their ports, cells with their writers and readers, command lists, conditions, τ. Pages
-//! show a running system as a graph and a state diagram from this.
+//! Picture of the installed instances: blocks with their ports, cells with their writers and readers, command lists, conditions, τ. The
+//! studio's pages use it to show a running system as a graph and a state diagram.
 use crate::core::Core;
 use crate::instances::instance::Instance;
 use crate::observation::drawn::{
@@ -45,7 +45,7 @@ impl System {
     }
 }
 
-/// An instance while its picture is made.
+/// An instance whose picture is being created.
 struct Picture<'a> {
     core: &'a Core,
     instance: &'a Instance,
@@ -277,7 +277,7 @@ fn mode(mode: Mode) -> String {
     }
 }
 
-/// Formats a time in a suitable unit.
+/// Formats a duration in a suitable unit.
 fn time(ns: u64) -> String {
     let (per, unit) = [(1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "us")].into_iter().find(|(per, _)| ns >= *per).unwrap_or((1, "ns"));
     format!("{} {unit}", ns as f64 / per as f64)

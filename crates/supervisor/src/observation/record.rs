@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Names in a replayable record.
+//! Names used in a replayable record.
 use crate::svvs::cells::SvvRecord;
 use indexmap::IndexMap;
 use kernel::{Cell, SourceId};

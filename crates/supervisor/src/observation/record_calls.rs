@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Replayable record of a system, which must begin before the first source is created.
+//! Replayable record of a system, which must be started before the first source is created.
 use crate::refuse::refuse;
 use crate::system::System;
 use model::refusal::{Class, Refusals};
@@ -7,7 +7,7 @@ use runtime::trace::{CodeNames, Trace};
 use std::sync::Arc;
 
 impl System {
-    /// Starts a record; its reader takes the parts by [`Trace::take`]. `names`: names of code in the record.
+    /// Starts a record; its reader fetches the segments with [`Trace::take`]. `names` contains the names of code in the record.
     ///
     /// # Errors
     /// Fails if the system already has sources or a record.

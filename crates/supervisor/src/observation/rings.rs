@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Locations of observed values: the rings of rows that taps have in each source.
 //!
-//! If the home or the writer of a value changes, the source gets a new ring with its next table, and the tap a new segment. The first row
-//! of a ring is written when the table takes effect, so the tap knows that the previous ring has received its last row.
+//! If the home or the writer of a value changes, the source receives a new ring with its next table, and the tap a new segment. The first
+//! row of a ring is written when the table takes effect, so the tap knows that the last row of the previous ring has been written.
 use crate::instances::instance::Instance;
 use crate::instances::table::Instances;
 use crate::observation::inbox::{Field, Inbox, Segment, TapChannel};
@@ -18,7 +18,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::sync::atomic::AtomicU64;
 
-/// Source and offset at which a channel's values are currently written.
+/// Source and offset to which a channel's values are currently written.
 struct ChannelCells {
     source: SourceId,
     cell: Cell,
@@ -26,7 +26,7 @@ struct ChannelCells {
     ratio: u64,
 }
 
-/// Layout of a ring of one source: cells in order, length of a row, and the offset of each channel.
+/// Layout of a ring of one source: its cells in order, the length of a row, and the offset of each channel.
 #[derive(Default)]
 struct Layout {
     cells: Vec<Cell>,
@@ -54,10 +54,10 @@ pub(crate) struct Observables<'a> {
     pub is_virtual: bool,
 }
 
-/// Instances found by name, with their cells by name.
+/// Instances found so far by name, with their cells by name.
 type FoundInstances<'a> = HashMap<&'a str, (&'a Instance, HashMap<&'a str, usize>)>;
 
-/// Bytes of a row in addition to its cells.
+/// Size of a row's header, bytes.
 const ROW_HEADER: usize = 24;
 
 fn is_same(these: &[Cell], those: &[Cell]) -> bool {
@@ -76,22 +76,22 @@ fn cell_named(instance: &Instance, name: &str) -> Option<usize> {
     instance.plan.cells.iter().position(|cell| own_name(&cell.kind) == Some(name))
 }
 
-/// Time span that a ring holds, ns.
+/// Time span covered by a ring, ns.
 const HELD_NS: u64 = 2_000_000_000;
 
-/// Minimum number of firings that a ring holds; [`DEPTH_UNTIMED`] applies to a source without a timer, and under the virtual clock, where
-/// time waits for the tap.
+/// Minimum number of firings in a ring. [`DEPTH_UNTIMED`] applies to a source without a timer, and under the virtual clock, where time
+/// waits for the tap.
 const DEPTH_MIN: usize = 256;
 
 const DEPTH_UNTIMED: usize = 4096;
 
-/// Maximum number of firings that a ring holds; its size in bytes is limited too.
+/// Maximum number of firings in a ring, whose size in bytes is also limited.
 const DEPTH_MAX: usize = 65_536;
 
 const BYTES_MAX: usize = 64 << 20;
 
 impl Taps {
-    /// Attaches a tap to items of these names.
+    /// Attaches a tap to the items with these names.
     pub fn attach(&mut self, id: u64, names: &[String], seen: &Observables<'_>) -> Result<TapAttachment, Refusals> {
         let channels = names.iter().map(|name| tap_channel(seen, name)).collect::<Result<Vec<_>, _>>()?;
         let inbox = Arc::new(Inbox::default());
@@ -100,7 +100,7 @@ impl Taps {
         Ok((channels, inbox, self.renew(seen)))
     }
 
-    /// Attaches a tap to all items that match these names, now and in the future. A name without `*` or `?` must exist.
+    /// Attaches a tap to all items that match these names, including those created later. A name without `*` or `?` must exist.
     pub fn attach_all(&mut self, id: u64, patterns: &[String], cells: bool, seen: &Observables<'_>) -> Result<(Arc<Inbox>, Vec<SourceId>), Refusals> {
         for name in patterns.iter().filter(|name| !is_open(name)) {
             tap_channel(seen, name)?;
@@ -115,13 +115,13 @@ impl Taps {
         self.records.remove(&id).map(|tap| tap.parts.into_keys().collect()).unwrap_or_default()
     }
 
-    /// Adds new matching items to the taps.
+    /// Adds newly matching items to the taps.
     pub fn widen(&mut self, seen: &Observables<'_>) {
         self.records.values_mut().filter(|tap| tap.cells || !tap.patterns.is_empty()).for_each(|tap| widen(seen, tap));
     }
 
-    /// Replaces the rings of the sources in which an observed item was added, removed, or got another writer. Returns the sources whose
-    /// tables change.
+    /// Replaces the rings of the sources in which an observed item was added, removed, or assigned another writer. Returns the sources
+    /// whose tables change.
     pub fn renew(&mut self, seen: &Observables<'_>) -> Vec<SourceId> {
         self.widen(seen);
         let mut changed = Vec::new();
@@ -176,7 +176,7 @@ fn widen(seen: &Observables<'_>, tap: &mut TapRecord) {
     tap.inbox.locked().channels.extend(found);
 }
 
-/// Returns the channel with that name: an SVV, or a cell of an instance.
+/// Returns the channel with this name: an SVV, or a cell of an instance.
 fn tap_channel(seen: &Observables<'_>, name: &str) -> Result<TapChannel, Refusals> {
     if let Some(svv) = seen.registry.svvs.get(name) {
         return Ok(TapChannel { name: name.to_owned(), type_text: svv.type_text.clone(), unit: svv.unit.clone(), size: svv.size });
@@ -234,7 +234,7 @@ fn layouts(seen: &Observables<'_>, tap: &mut TapRecord) -> BTreeMap<SourceId, La
     layouts
 }
 
-/// Returns the location of a channel; `None` if nothing currently writes it, or if its type has changed.
+/// Returns the location of a channel; `None` if it is not currently written, or if its type has changed.
 fn place_of<'a>(seen: &Observables<'a>, of: &TapChannel, found: &mut FoundInstances<'a>) -> Option<ChannelCells> {
     if let Some(svv) = seen.registry.svvs.get(&of.name) {
         let (source, ratio) = (svv.home?, svv.ratio);
@@ -264,7 +264,7 @@ fn place_of<'a>(seen: &Observables<'a>, of: &TapChannel, found: &mut FoundInstan
     Some(ChannelCells { source, cell: installed.cell(index, source)?.clone(), stamp, ratio })
 }
 
-/// Returns the number of rows of `len` bytes in a ring.
+/// Returns the number of rows of `len` bytes that fit into a ring.
 fn depth(seen: &Observables<'_>, source: SourceId, len: usize) -> usize {
     let period_ns = match seen.registry.specs.get(source.0 as usize).map(|spec| &spec.kind) {
         Some(SourceKind::Timer { period_ns }) => Some((*period_ns).max(1)),

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values of a tap, as runs made from the rows of its rings.
+//! Values of a tap, as runs assembled from the rows of its rings.
 use crate::observation::stamp::Stamp;
 
 /// Values of one channel, oldest first.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Run {
-    /// Time of each value, ns on the clock; for a value stored by a block, the release of its firing.
+    /// Time of each value, ns on the clock. For a value stored by a block, this is the release time of its firing.
     pub times_ns: Vec<i64>,
-    /// Number of the invocation that stored each value. A value stored by the programming system has the previous number.
+    /// Number of the invocation that stored each value. A value stored by the programming system carries the previous number.
     pub numbers: Vec<u64>,
-    /// True for each value stored by a block. The others are the initial value, and values stored by the programming system.
+    /// True for each value stored by a block, false for the initial value and for values stored by the programming system.
     pub by_block: Vec<bool>,
-    /// The values, back to back.
+    /// Values, stored consecutively.
     pub bytes: Vec<u8>,
-    /// Number of values of this channel that were lost since the previous take.
+    /// Number of values of this channel lost since the previous take.
     pub lost: u64,
 }
 
@@ -35,7 +35,7 @@ impl Run {
     }
 }
 
-/// Values of a tap: one run per channel, in the order of [`Tap::channels`]. The next take reuses its memory.
+/// Values of a tap: one run per channel, in the order of [`Tap::channels`]. The next take reuses the memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Samples {
     pub runs: Vec<Run>,
@@ -57,16 +57,16 @@ impl Samples {
 /// State of a channel between two rows.
 #[derive(Default)]
 pub(crate) struct ChannelState {
-    /// Last value.
+    /// Most recent value.
     pub bytes: Vec<u8>,
     pub has_value: bool,
-    /// True if the initial value is reported too.
+    /// True if the initial value is also reported.
     pub tells_present: bool,
-    /// Last stamp seen: its index, number and time.
+    /// Most recent stamp: its index, number and time.
     pub seen: Option<(u64, u64, i64)>,
-    /// Number of rows lost since then.
+    /// Number of rows lost since that stamp.
     pub gap: u64,
-    /// Segment of the channel's latest values, counted over the life of the tap.
+    /// Segment that contains the channel's latest values, numbered over the lifetime of the tap.
     pub route: u64,
 }
 
@@ -103,7 +103,7 @@ impl ChannelState {
         }
     }
 
-    /// Records a value that no block has stored; the programming system may have.
+    /// Records a value that was not stored by a block, but possibly by the programming system.
     fn changed(&mut self, run: &mut Run, row_ns: i64, value: &[u8]) {
         if !self.has_value && self.tells_present {
             let stored = self.seen.filter(|(_, _, time_ns)| *time_ns != kernel::NEVER_NS);
@@ -128,8 +128,8 @@ impl ChannelState {
     }
 }
 
-/// Returns the number of values lost with `gap` rows, computed from their numbers and limited to the number of rows. `before`: last known
-/// state of this stamp.
+/// Returns the number of values lost with `gap` rows, computed from the numbers of the values and limited to the number of rows. `before`
+/// is the last known state of this stamp.
 fn lost_between(before: Option<(u64, u64, i64)>, now: &Stamp, ratio: u64, gap: u64) -> u64 {
     let Some(stored) = now.stored(ratio).filter(|_| gap > 0 && now.is_set()) else { return 0 };
     let in_hand = u64::from(stored == now.number);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! State that the supervisor keeps for observers: log, end reports, taps, snapshots.
+//! State that the supervisor keeps for observers: log, end reports, taps and snapshots.
 use crate::ending::latest::Ends;
 use crate::observation::arms::Arms;
 use crate::observation::log::Log;
@@ -12,9 +12,9 @@ use std::collections::HashMap;
 #[derive(Default)]
 pub(crate) struct Observation {
     pub log: Log,
-    /// Latest end reports, for a programming system that was absent.
+    /// Latest end reports, for a programming system that was not connected when they were created.
     pub ends: Ends,
-    /// Number of ends not yet reported to an event loop.
+    /// Number of ends that have not been reported to an event loop yet.
     pub ended: u64,
     pub taps: Taps,
     /// Arms that programs have described.
@@ -23,6 +23,6 @@ pub(crate) struct Observation {
     pub workspaces: Workspaces,
     /// Snapshots that have arrived: ticket → (time, bytes of each script).
     pub reads: HashMap<Ticket, (i64, Vec<u8>)>,
-    /// Cells of a recorded system whose SVVs the record contains.
+    /// Cells of a recorded system whose SVVs are in the record.
     pub recorded: HashMap<(String, SourceId), Cell>,
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! States of verb instances and logical devices as named in calls.
+//! States of verb instances and logical devices, with the names used in calls.
 use serde::Serialize;
 
 /// State of a verb instance: created → (queued →) running ⇄ suspended → ended (→ running again by `start`) → deleted.
@@ -8,17 +8,17 @@ use serde::Serialize;
 #[serde(rename_all = "snake_case")]
 pub enum InstanceState {
     Created,
-    /// Started, and waiting for claims held by other instances.
+    /// Started, but waiting for claims held by other instances.
     Queued,
     Running,
     Suspended,
     Ended,
-    /// The instance with that number was deleted.
+    /// Deleted; the number no longer refers to an instance.
     Deleted,
 }
 
 impl InstanceState {
-    /// Returns the state for a word returned by [`crate::System::state`].
+    /// Returns the state named by a word that [`crate::System::state`] returns.
     pub fn named(word: &str) -> InstanceState {
         match word {
             "created" => InstanceState::Created,
@@ -37,20 +37,20 @@ impl InstanceState {
 #[serde(rename_all = "snake_case")]
 pub enum DeviceState {
     Disabled,
-    /// The device's own verb has been started and is not ready yet.
+    /// Its own verb has been started but is not ready yet.
     Enabling,
-    /// The device is enabled, and no verb commands it.
+    /// Enabled; no verb commands it.
     Standstill,
-    /// The device is enabled, and a verb commands it.
+    /// Enabled; a verb commands it.
     Moving,
-    /// The device is being disabled.
+    /// Being disabled.
     Stopping,
-    /// The device's own verb has ended by itself.
+    /// Its own verb has ended by itself.
     Fault,
 }
 
 impl DeviceState {
-    /// Returns the state for a word returned by [`crate::System::device_state`].
+    /// Returns the state named by a word that [`crate::System::device_state`] returns.
     pub fn named(word: &str) -> DeviceState {
         match word {
             "disabled" => DeviceState::Disabled,
@@ -63,7 +63,7 @@ impl DeviceState {
     }
 }
 
-/// Pauses in force: true for all actions, false for none, or a list of logical devices whose actions are paused.
+/// Pauses in force: true for all actions, false for none, or the list of logical devices whose actions are paused.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Statistics of a system: firings, overruns and jitter of every interrupt source, instances, devices, and its stop and pause states.
+//! Statistics of a system: firings, overruns and jitter of every interrupt source, instances, devices, and the state of stops and pauses.
 use crate::definitions::system_definitions::Definitions;
 use crate::devices::forcing_calls::{ForcedSignal, forced};
 use crate::observation::block_times::{self, BlockTimes};
@@ -23,7 +23,7 @@ pub struct Statistics {
     /// States of the logical devices.
     pub devices: IndexMap<String, DeviceState>,
     pub physical_devices: IndexMap<String, PhysicalDeviceStatistics>,
-    /// Processors outside the supervisor's process, by the process in which they run.
+    /// Processors outside the supervisor's process, by process.
     pub processes: IndexMap<String, Vec<String>>,
     /// Cause of the latched emergency stop; null if it is not latched.
     pub emergency: Option<String>,
@@ -31,49 +31,49 @@ pub struct Statistics {
     pub mode: Mode,
     /// Forced signals, by their logical devices.
     pub forced: IndexMap<String, ForcedSignal>,
-    /// Rights that the supervisor's thread requested from the operating system but did not get.
+    /// Privileges that the supervisor's thread requested from the operating system but was not granted.
     pub supervisor_rights_missing: Vec<String>,
 }
 
-/// Statistics of an interrupt source. Bin i of a histogram counts times from 2^i to 2^(i+1) ns; the first bin includes shorter times, the
-/// last one longer times.
+/// Statistics of an interrupt source. Bin i of a histogram counts times from 2^i to 2^(i+1) ns; the first bin also counts shorter times,
+/// and the last one longer times.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SourceStatistics {
-    /// Number of steps in its firing table.
+    /// Number of steps in the source's firing table.
     pub steps: usize,
     /// Number of firings, excluding those of `execute`.
     pub firings: u64,
-    /// Number of releases that were skipped because the previous firing had not finished.
+    /// Number of releases skipped because the previous firing had not finished.
     pub overruns: u64,
     /// Number of ratio values that were absent when their reader needed them.
     pub late: u64,
     /// Number of invocations that faulted.
     pub faults: u64,
-    /// Number of conditions and other events that were lost for lack of space.
+    /// Number of conditions and other events that were lost because a queue was full.
     pub lost: u64,
     /// True if the source was stopped by a fault.
     pub stopped: bool,
-    /// Rights that its thread requested from the operating system but did not get.
+    /// Privileges that the source's thread requested from the operating system but was not granted.
     pub rights_missing: Vec<String>,
     #[serde(flatten)]
     pub jitter: Jitter,
     #[serde(flatten)]
     pub durations: Durations,
-    /// Placement of the source; absent while the source is being deleted.
+    /// Placement of the source; absent if the source is being deleted.
     #[serde(flatten)]
     pub placed: Option<SourcePlace>,
-    /// True while a probe measures its blocks.
+    /// True if a probe is measuring the source's blocks.
     pub probed: bool,
-    /// Times of the blocks that a probe has measured since their installation.
+    /// Times of the blocks measured by a probe since their installation.
     pub blocks: Vec<BlockTimes>,
 }
 
-/// Lateness of the starts of firings.
+/// Delays of the starts of firings.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Jitter {
-    /// Delay of the last firing's start after its release, ns.
+    /// Delay between the release of the last firing and its start, ns.
     pub jitter_last_ns: u64,
     /// Maximum jitter, ns.
     pub jitter_max_ns: u64,
@@ -93,24 +93,24 @@ pub struct Durations {
     pub duration_last_ns: u64,
     /// Maximum duration, ns.
     pub duration_max_ns: u64,
-    /// Histogram of the duration.
+    /// Histogram of the durations.
     pub duration_bins: Vec<u64>,
     /// Upper bound of the bin that contains the median duration, ns; 0 before the first firing.
     pub duration_median_ns: u64,
 }
 
-/// Placement of an interrupt source, and the rights that its thread requested from the operating system.
+/// Placement of an interrupt source, and the privileges that its thread requested from the operating system.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SourcePlace {
     pub processor: String,
-    /// CPU core that its processor is bound to.
+    /// CPU core to which the source's processor is bound.
     pub core: Option<usize>,
     pub kind: KindOfSource,
     /// Period of a timer, ns.
     pub period_ns: Option<u64>,
     pub priority: u8,
-    /// Rights that its thread requested from the operating system; empty under the virtual clock.
+    /// Privileges that the source's thread requested from the operating system; empty under the virtual clock.
     pub rights_asked: Vec<String>,
 }
 
@@ -120,9 +120,9 @@ pub struct SourcePlace {
 #[serde(rename_all = "snake_case")]
 pub enum KindOfSource {
     Timer,
-    /// An event of a device.
+    /// Event of a device.
     Trigger,
-    /// A request by another source.
+    /// Request from another source.
     Software,
 }
 
@@ -134,9 +134,9 @@ pub struct InstanceStatistics {
     pub name: String,
     pub verb: String,
     pub state: InstanceState,
-    /// Command list that is running, or ran last.
+    /// Command list that is running or was the last to run.
     pub list: String,
-    /// Logical device whose own verb it is.
+    /// Logical device whose own verb the instance is.
     pub owner: Option<String>,
     /// Running time since the start, excluding suspensions, s.
     pub running_s: f64,
@@ -148,14 +148,15 @@ pub struct InstanceStatistics {
 pub struct PhysicalDeviceStatistics {
     /// Cause of the loss; null if the device is not lost.
     pub lost: Option<String>,
-    /// Number of commands held back by their slew limit.
+    /// Number of commands limited by their slew rate limit.
     pub slew_limited: u64,
     /// Counters of the driver, by name.
     pub counters: IndexMap<String, u64>,
 }
 
 impl System {
-    /// Returns firings, overruns and jitter of every source; instances; devices; processes with their processors; the emergency stop.
+    /// Returns firings, overruns and jitter of every source, the instances, the devices, the processes with their processors, and the
+    /// state of the emergency stop.
     pub fn statistics(&self) -> Statistics {
         let missing = self.shared.post.lock().expect("nobody panics with the lock held").missing.clone();
         let definitions = self.shared.definitions();
@@ -229,7 +230,7 @@ fn of_source(of: kernel::Statistics, steps: usize) -> SourceStatistics {
     }
 }
 
-/// Returns the placement of a source and the rights that its thread requested.
+/// Returns the placement of a source, and the privileges that its thread requested.
 fn placed(definitions: &Definitions, name: &str, is_virtual: bool) -> Option<SourcePlace> {
     let of = definitions.configuration.sources.get(name)?;
     let core = definitions.processors.get(&of.processor).and_then(|processor| processor.core);
@@ -258,7 +259,7 @@ fn median(bins: &[u64; 32]) -> u64 {
         .map_or(0, |bin| 1 << (bin + 1))
 }
 
-/// Converts a time to seconds, for people.
+/// Converts a time to seconds for display.
 #[allow(clippy::cast_precision_loss, reason = "a time in seconds")]
 pub(crate) fn seconds(ns: i64) -> f64 {
     ns as f64 * 1e-9

@@ -3,7 +3,7 @@
 //!
 //! | | the kernels | a tap |
 //! |---|---|---|
-//! | can hold up the other | never | never; under the virtual clock, on request, the passing of time |
+//! | can hold up the other | never | never; under the virtual clock, it can hold time on request |
 //! | loses values | never | if it is read too late: a ring holds 2 s of firings, at least 256 |
 //! | knows its losses | | exactly, by channel, if the writer numbers its values |
 use crate::observation::inbox::{Inbox, Segment, TapChannel};
@@ -17,10 +17,10 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-/// Maximum time for kernels to switch to a new table. They switch within a firing; a longer delay means that a processor does not run.
+/// Maximum time for kernels to switch to a new table. They switch within a firing; a longer delay means that a processor is not running.
 const ATTACH_MAX: Duration = Duration::from_secs(5);
 
-/// Observes values of a running system, see [`System::tap`]. Dropping the tap stops the observation.
+/// Tap that observes values of a running system; see [`System::tap`]. Dropping it ends the observation.
 pub struct Tap {
     shared: Arc<SystemState>,
     id: u64,
@@ -36,8 +36,8 @@ pub struct Tap {
 
 impl System {
     /// Observes SVVs, by name, and private cells of instances, by `INSTANCE:CELL`: delivers every value stored after this call, once, in
-    /// order, with its number and time. The tap follows an SVV to another writer, also in another source or on another processor, and an
-    /// instance that is recreated under the same name. Fails if a name does not exist.
+    /// order, with its number and time. The tap follows an SVV to another writer, even in another source or on another processor, and
+    /// follows an instance that is recreated under the same name. Fails if a name does not exist.
     ///
     /// Computations are not affected. Each tap costs one copy of its observed values per firing.
     pub fn tap(&self, names: &[String]) -> Result<Tap, Refusals> {
@@ -51,9 +51,9 @@ impl System {
         self.begin_tap(id, channels, inbox, false)
     }
 
-    /// Observes all items that match these names, where `*` stands for any characters and `?` for one, including items created later;
-    /// `cells`: also the private cells of all instances. The first value of each item is its current one, with its number and time. Fails
-    /// if a name without `*` or `?` does not exist.
+    /// Observes all items that match these names, where `*` stands for any characters and `?` for a single one, including items created
+    /// later. If `cells` is true, also observes the private cells of all instances. The first value of each item is its current one, with
+    /// its number and time. Fails if a name without `*` or `?` does not exist.
     pub fn tap_all(&self, patterns: &[String], cells: bool) -> Result<Tap, Refusals> {
         let (id, inbox) = self.shared.command(|core| {
             let id = core.numbers.fresh();
@@ -89,7 +89,7 @@ impl Tap {
         &self.channels
     }
 
-    /// Makes the virtual clock wait for the reader of this tap, so that nothing is lost at any speed. Time must be advanced by another
+    /// Makes the virtual clock wait for the reader of this tap, so that nothing is lost at any speed. Time must be advanced on another
     /// thread.
     pub fn hold_time(&self) {
         if self.shared.is_virtual {
@@ -99,20 +99,21 @@ impl Tap {
         }
     }
 
-    /// Records that the owner of this tap has taken the log entries and the ends before these numbers; time waits for the rest too.
+    /// Records that the owner of this tap has received the log entries and ends before these numbers; the virtual clock waits for the
+    /// remaining ones as well.
     pub fn heard(&self, log: u64, ends: u64) {
         if self.shared.is_virtual {
             self.shared.locked().observation.taps.heard(self.id, log, ends);
         }
     }
 
-    /// Waits until time waits for this tap, at most `timeout`. For the thread that holds time.
+    /// Waits at most `timeout` until the virtual clock waits for this tap. For use by the thread that holds time.
     pub fn wait(&self, timeout: Duration) {
         self.inbox.wait_pressed(timeout);
     }
 
-    /// Takes everything that has arrived since the previous take. Allocates only if `out` has never been as large; not for the real-time
-    /// path.
+    /// Takes all values that have arrived since the previous take. Allocates only if `out` has never been that large; not for use on the
+    /// real-time path.
     pub fn take(&mut self, out: &mut Samples) {
         self.collect();
         out.clear(self.channels.len());
@@ -143,7 +144,7 @@ impl Tap {
         }
     }
 
-    /// Returns true if a later ring of the same source is in force.
+    /// Returns true if a later ring of the same source has taken effect.
     fn is_over(&self, index: usize) -> bool {
         let source = self.segments[index].1.source;
         self.segments[index + 1..].iter().any(|(_, later)| later.source == source && later.end.reader().written() > 0)

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Taps on the supervisor's side.
+//! Taps, on the supervisor's side.
 //!
-//! A tap has its own rings and does not affect other observers or the histories of SVVs.
+//! A tap has its own rings, and does not affect other observers or the histories of SVVs.
 use crate::observation::inbox::{Inbox, TapChannel};
 use kernel::{Cell, RowsEnd, SourceId};
 use std::collections::{BTreeMap, HashSet};
@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 /// Maximum number of stored values waiting for a tap.
 const STORES_MAX: usize = 65_536;
 
-/// A channel with its last location.
+/// A channel with its most recent location.
 pub(crate) struct TappedChannel {
     pub of: TapChannel,
     /// Stamp of the current writer; `stamps` counts the stamps so far.
@@ -19,7 +19,7 @@ pub(crate) struct TappedChannel {
     pub stamps: u64,
 }
 
-/// Ring of one source that is installed or about to be installed.
+/// Ring of one source that has been installed or is about to be installed.
 pub(crate) struct Part {
     pub cells: Vec<Cell>,
     pub end: Arc<RowsEnd>,
@@ -31,17 +31,17 @@ pub(crate) struct TapRecord {
     pub channels: Vec<TappedChannel>,
     pub parts: BTreeMap<SourceId, Part>,
     pub inbox: Arc<Inbox>,
-    /// Names of items to add when they are created; `cells`: all private cells too.
+    /// Names of items to add when they are created; if `cells` is true, all private cells are added too.
     pub patterns: Vec<String>,
     pub cells: bool,
     pub names: HashSet<String>,
     /// True if the virtual clock waits for the tap.
     pub holds: bool,
-    /// Numbers of the log entries and ends that its owner has taken.
+    /// Numbers up to which the tap's owner has received log entries and ends.
     pub heard: (u64, u64),
 }
 
-/// Maximum number of log entries and ends waiting for the tap that holds time.
+/// Maximum number of log entries and ends that may be waiting for a tap that holds time.
 const ENTRIES_WAITING: u64 = 1024;
 const ENDS_WAITING: u64 = 256;
 
@@ -52,8 +52,8 @@ pub(crate) struct Taps {
 }
 
 impl Taps {
-    /// Returns a tap that holds time and has half a ring unread, or whose owner has many log entries or ends to take. `log`, `ends`: next
-    /// numbers there.
+    /// Returns a tap that holds time and has half a ring unread, or whose owner has not received many log entries or ends. `log` and
+    /// `ends` are the numbers of the next log entry and the next end.
     pub fn full(&self, log: u64, ends: u64) -> Option<Arc<Inbox>> {
         let is_full = |part: &Part| {
             let reader = part.end.reader();
@@ -89,7 +89,7 @@ impl Taps {
         }
     }
 
-    /// Records that the owner of a tap has taken the log entries and the ends before these numbers.
+    /// Records that the owner of a tap has received the log entries and ends before these numbers.
     pub fn heard(&mut self, id: u64, log: u64, ends: u64) {
         if let Some(tap) = self.records.get_mut(&id) {
             tap.heard = (log, ends);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Workspaces: stores them, and checks that the items they name exist.
+//! Workspaces: stores them, and checks that the items to which they refer exist.
 use crate::observation::workspaces::WorkspaceAbout;
 use crate::refuse::unknown;
 use crate::system::System;
@@ -8,12 +8,13 @@ use model::refusal::{Refusal, Refusals};
 use model::workspace::{Button, PanelKind, Region, Workspace, check_workspace};
 
 impl System {
-    /// Enters a workspace shipped by a program. The items it names need not exist; [`System::check_workspace`] reports missing ones.
+    /// Adds a workspace supplied by a program. The items to which it refers need not exist; [`System::check_workspace`] reports missing
+    /// ones.
     pub fn ship_workspace(&self, workspace: Workspace) -> Result<(), Refusals> {
         self.enter_workspace(workspace, true)
     }
 
-    /// Enters a workspace saved by a person.
+    /// Adds a workspace saved by a person.
     pub fn keep_workspace(&self, workspace: Workspace) -> Result<(), Refusals> {
         self.enter_workspace(workspace, false)
     }
@@ -26,7 +27,7 @@ impl System {
         self.shared.command(|core| core.observation.workspaces.enter(workspace, shipped))
     }
 
-    /// Removes a workspace shipped by a program.
+    /// Removes a workspace supplied by a program.
     pub fn withdraw_workspace(&self, name: &str) -> Result<(), Refusals> {
         self.shared.command(|core| core.observation.workspaces.remove(name, true))
     }
@@ -41,12 +42,12 @@ impl System {
         self.shared.locked().observation.workspaces.list()
     }
 
-    /// Returns one workspace.
+    /// Returns the workspace with this name.
     pub fn workspace(&self, name: &str) -> Result<Workspace, Refusals> {
         self.shared.locked().observation.workspaces.get(name).cloned()
     }
 
-    /// Returns all mistakes of a workspace in the current system: in its form, and names of missing items.
+    /// Returns all mistakes of a workspace in the current system: those in its structure, and references to missing items.
     pub fn check_workspace(&self, workspace: &Workspace) -> Refusals {
         let mut found = check_workspace(workspace);
         if found.is_empty() {
@@ -76,7 +77,7 @@ impl System {
         found
     }
 
-    /// Checks that the action of a button could be started, as far as names, types, units and ranges can tell.
+    /// Checks that the action of a button could be started, to the extent that names, types, units and ranges show this.
     fn check_button(&self, button: &Button) -> Refusals {
         if let Some(application) = &button.start {
             let checked = self.check(application).err().unwrap_or_default();
@@ -110,7 +111,7 @@ impl System {
     }
 }
 
-/// Returns a refusal prefixed by its subject.
+/// Returns a refusal with its subject as a prefix.
 fn told_of(at: &str, mut refusal: Refusal) -> Refusal {
     refusal.message = format!("{at}: {}", refusal.message);
     refusal

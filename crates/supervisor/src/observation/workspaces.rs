@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Workspaces of a system: those shipped by programs, and those saved by people. Neither kind can replace the other.
+//! Workspaces of a system: those supplied by programs, and those saved by people. Neither kind can replace the other.
 use crate::refuse::{refuse, unknown};
 use indexmap::IndexMap;
 use model::refusal::{Class, Refusals};
 use model::workspace::Workspace;
 use serde::Serialize;
 
-/// Maximum number of workspaces of a system.
+/// Maximum number of workspaces in a system.
 pub const WORKSPACES_MAX: usize = 64;
 
 /// A one-line summary of a workspace.
@@ -16,11 +16,11 @@ pub struct WorkspaceAbout {
     pub name: String,
     pub title: String,
     pub doc: String,
-    /// True if it is a panel for operators.
+    /// True if the workspace is for operators.
     pub operator: bool,
-    /// True if a program has shipped it; people cannot change it.
+    /// True if a program has supplied the workspace; people cannot change such a workspace.
     pub shipped: bool,
-    /// Number that changes with every change.
+    /// Revision number, which changes with every change.
     pub revision: u64,
 }
 
@@ -38,7 +38,8 @@ pub(crate) struct Workspaces {
 }
 
 impl Workspaces {
-    /// Enters a workspace, replacing one of the same name. Fails if the other kind has that name, or if there are too many.
+    /// Adds a workspace, replacing any workspace with the same name. Fails if the name belongs to a workspace of the other kind, or if
+    /// there are too many.
     pub fn enter(&mut self, workspace: Workspace, shipped: bool) -> Result<(), Refusals> {
         let name = &workspace.name;
         match self.by_name.get(name) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Manual and automatic mode.
+//! Calls for manual and automatic mode.
 use crate::pausing::modes::Mode;
 use crate::refuse::refuse;
 use crate::scripts::Purpose;
@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 impl System {
-    /// Changes the mode; refused while an action on devices runs.
+    /// Changes the mode; refused while an action on devices is running.
     pub fn set_mode(&self, mode: Mode) -> Result<(), Refusals> {
         self.shared.command(|core| set_mode(core, mode))
     }
@@ -49,5 +49,5 @@ impl System {
     }
 }
 
-/// Time limit for a kernel to check a channel, which it does between two firings.
+/// Time limit for a kernel to check a channel, which happens between two firings.
 const LOOKED_MAX: Duration = Duration::from_secs(1);

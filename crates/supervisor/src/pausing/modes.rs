@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Manual and automatic mode. In manual mode only actions declared for it can start, and only while the enabling switch, if there is one,
-//! is held; they end with `aborted` when it is released. The mode can be changed only at rest.
+//! Manual and automatic mode. In manual mode, only actions declared for it can be started, and only while the enabling switch, if there
+//! is one, is held; they end with `aborted` when it is released. The mode can be changed only at rest.
 use crate::instances::instance::Instance;
 use crate::refuse::refuse;
 use crate::registry::Registry;
 use model::refusal::{Class, Refusals};
 use serde::{Deserialize, Serialize};
 
-/// Mode of operation, which limits the actions that may be started.
+/// Mode of operation, which determines the actions that may be started.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -19,7 +19,7 @@ pub enum Mode {
     Manual,
 }
 
-/// Mode, and the channel of the enabling switch, which is true while it is held.
+/// Mode, and the channel of the enabling switch, which is true while the switch is held.
 #[derive(Default)]
 pub(crate) struct Modes {
     pub mode: Mode,
@@ -27,7 +27,7 @@ pub(crate) struct Modes {
 }
 
 impl Mode {
-    /// Returns the word for the mode.
+    /// Returns the name of the mode.
     pub fn word(self) -> &'static str {
         match self {
             Mode::Automatic => "automatic",
@@ -37,7 +37,7 @@ impl Mode {
 }
 
 impl Modes {
-    /// Refuses a start that the mode does not allow.
+    /// Refuses a start that the mode does not permit.
     pub fn check(&self, instance: &Instance, registry: &Registry) -> Result<(), Refusals> {
         if self.mode == Mode::Automatic || !instance.is_action() {
             return Ok(());
@@ -55,7 +55,7 @@ impl Modes {
         }
     }
 
-    /// Returns the state of the enabling switch, true while held, and its name.
+    /// Returns the state of the enabling switch (true if it is held) and its name.
     pub fn enabling_switch(&self, registry: &Registry) -> Option<(bool, String)> {
         let (device, channel) = self.enabling.as_ref()?;
         let physical = &registry.physical[device].device;

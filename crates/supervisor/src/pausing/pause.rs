@@ -2,8 +2,8 @@
 //! Pause of a program: every action on devices is suspended, the devices' own verbs continue, and new starts are held back: they have
 //! their claims and inputs, and begin when the pause ends.
 //!
-//! A pause covers the whole system or some logical devices. An instance suspended by a pause resumes when no pause covers it; an instance
-//! suspended by a call stays suspended.
+//! A pause applies to the whole system or to some logical devices. An instance suspended by a pause resumes when no pause applies to it
+//! any longer; an instance suspended by a call stays suspended.
 use crate::instances::instance::{Instance, Life};
 use crate::observation::states::PausesInForce;
 use model::plan::Target;
@@ -16,7 +16,7 @@ pub(crate) struct Pause {
     pub devices: BTreeSet<String>,
     /// Instances that a pause has suspended or is suspending.
     pub suspended: BTreeSet<u64>,
-    /// Instances started under a pause, with the values of their ψ.
+    /// Instances started during a pause, with the values of their ψ.
     pub held_back: BTreeMap<u64, Vec<(Target, Vec<u8>)>>,
 }
 
@@ -41,12 +41,12 @@ impl Pause {
         self.held_back.remove(&id);
     }
 
-    /// Returns `true`, `false`, or the paused devices.
+    /// Returns the pauses in force: `true`, `false`, or the list of paused devices.
     pub fn shown(&self) -> PausesInForce {
         if self.devices.is_empty() || self.all { PausesInForce::All(self.all) } else { PausesInForce::Devices(self.devices.iter().cloned().collect()) }
     }
 
-    /// Holds a start back if a pause covers it. It already has its claims.
+    /// Holds a start back if a pause applies to it. The start already has its claims.
     pub fn hold_back(&mut self, instance: &mut Instance, stores: &[(Target, Vec<u8>)], now_ns: i64) -> bool {
         if !self.covers(instance) {
             return false;
@@ -57,7 +57,7 @@ impl Pause {
         true
     }
 
-    /// Returns true for an action on devices that a pause covers.
+    /// Returns true for an action on devices to which a pause applies.
     pub fn covers(&self, instance: &Instance) -> bool {
         instance.is_action() && (self.all || instance.plan.devices.iter().any(|device| self.devices.contains(device)))
     }

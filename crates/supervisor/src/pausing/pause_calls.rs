@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The pause of a program.
+//! Calls for the pause of a program.
 use crate::core::Core;
 use crate::instances::instance::State;
 use crate::pausing::program::{pause_program, resume_program};
@@ -9,7 +9,8 @@ use model::refusal::Refusals;
 use std::time::Duration;
 
 impl System {
-    /// Pauses; returns the names of the instances that this suspends. [`System::paused`] waits for completion.
+    /// Pauses the program, or the actions on these devices; returns the numbers and names of the instances that this suspends. Wait for
+    /// completion with [`System::paused`].
     pub fn pause(&self, devices: Option<&[String]>) -> Result<Vec<(u64, String)>, Refusals> {
         let pause = |core: &mut Core| {
             let stopped = pause_program(core, devices)?;
@@ -18,7 +19,7 @@ impl System {
         first(|| self.shared.command(pause))
     }
 
-    /// Waits, at most `slice` of real time, until none of these instances runs.
+    /// Waits at most `slice` of real time until none of these instances is running.
     pub fn paused(&self, instances: &[u64], slice: Duration) -> Result<WaitResult<()>, Refusals> {
         self.shared.wait_for(None, slice, |core| {
             let runs = |id: &u64| core.instances.get(id).is_some_and(|i| i.state() == State::Running);
@@ -26,7 +27,7 @@ impl System {
         })
     }
 
-    /// Ends a pause; returns the names of the instances that resume.
+    /// Ends a pause; returns the numbers and names of the instances that resume.
     pub fn resume_program(&self, devices: Option<&[String]>) -> Result<Vec<(u64, String)>, Refusals> {
         self.shared.command(|core| {
             let going = resume_program(core, devices)?;

@@ -30,7 +30,7 @@ pub(crate) fn pause_program(core: &mut Core, devices: Option<&[String]>) -> Resu
     Ok(running)
 }
 
-/// Ends a pause. Returns the instances that resume or begin.
+/// Ends a pause. Returns the instances that resume, and those whose held-back start begins.
 pub(crate) fn resume_program(core: &mut Core, devices: Option<&[String]>) -> Result<Vec<u64>, Refusals> {
     for device in devices.unwrap_or_default() {
         core.registry.logical(device)?;
@@ -64,7 +64,7 @@ fn begin_after_pause(core: &mut Core, id: u64) {
     core.course(id).append_sequence(opening);
 }
 
-/// Refuses to resume one instance of a paused program by itself.
+/// Refuses to resume a single instance of a paused program.
 pub(crate) fn refuse_paused(core: &Core, id: u64) -> Result<(), Refusals> {
     match core.instances.get(&id).filter(|i| core.safety.pause.covers(i)) {
         Some(paused) => Err(invalid_state(&format!("'{}'", paused.name), "paused with the program", "resume", "resume the program where it was paused")),

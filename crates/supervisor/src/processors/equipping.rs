@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Equipment of processors: brings them to their locations with sources, devices and code, and revives them.
+//! Equipment of processors: sets them up at their locations with sources, devices and code, and revives them.
 use crate::definitions::catalog::Catalog;
 use crate::definitions::system_definitions::Definitions;
 use crate::processors::location::Location;
@@ -22,7 +22,7 @@ use std::time::Duration;
 type Reopening = Option<(String, String)>;
 
 impl System {
-    /// Sets the provider of remote processors. Must be called once, before the first of them.
+    /// Sets the provider of remote processors. Must be called once, before the first remote processor is created.
     pub fn set_places(&self, places: Arc<dyn rtp::Places>) {
         let shared = Arc::downgrade(&self.shared);
         places.tell_to(Box::new(move |kind, about, text| {
@@ -36,13 +36,13 @@ impl System {
         let _first = self.shared.places.set(places);
     }
 
-    /// Returns the command line of a process that replays a recording, and the interpreter that tests its modules; `None` if there is
-    /// none.
+    /// Returns the command line of a process that replays a recording, and the interpreter that tests its modules; `None` if this is not
+    /// available.
     pub fn replay_command(&self) -> Option<(Vec<OsString>, OsString)> {
         self.shared.places.get().and_then(|places| places.replay())
     }
 
-    /// Allows other hosts to join the system; `options` (JSON): address to listen on, and the admitted hosts.
+    /// Allows other hosts to join the system. `options` (JSON) contains the address on which to listen, and the hosts to admit.
     pub fn listen(&self, options: &str) -> Result<(), Refusals> {
         if self.shared.is_virtual {
             return Ok(());
@@ -52,7 +52,7 @@ impl System {
         places.listen(options, self.shared.host.epoch_ns()).map_err(cannot)
     }
 
-    /// Brings a processor to its location.
+    /// Sets up a processor at its location.
     pub(crate) fn settle(&self, definitions: &Definitions, name: &str, supervisor: bool, location: &Location, bounds: Bounds) -> Result<(), Refusals> {
         let beside = definitions.beside(name, location)?;
         self.settle_remote(name, supervisor, location, beside, bounds)?;
@@ -62,8 +62,8 @@ impl System {
         Ok(())
     }
 
-    /// Starts a processor that is not a thread and sends it the current configuration; with `beside`, it joins the process of that
-    /// processor. Does nothing under the virtual clock.
+    /// Starts a processor that is not a thread and sends it the current configuration. If `beside` is passed, it joins the process of
+    /// that processor. Does nothing under the virtual clock.
     fn settle_remote(&self, name: &str, supervisor: bool, location: &Location, beside: Option<&str>, bounds: Bounds) -> Result<(), Refusals> {
         if let (Location::Thread, Some(lost_after)) = (location, bounds.lost_after) {
             self.shared.guarded.bound(name, lost_after);
@@ -116,7 +116,7 @@ impl System {
         processor.attach(&self.shared.host, &self.name, started)
     }
 
-    /// Creates a source where its processor runs, and announces it to every remote processor.
+    /// Creates a source in the process in which its processor runs, and announces it to every remote processor.
     pub(crate) fn add_source(&self, processor: &str, spec: SourceSpec) -> Result<SourceId, Refusals> {
         let name = spec.name.clone();
         let cannot = |why: String| refuse(Class::InvalidState, format!("cannot start source '{name}': {why}"), "close other programs and try again");
@@ -144,7 +144,7 @@ impl System {
         made
     }
 
-    /// Lets a channel of a local device raise a remote source.
+    /// Makes a channel of a local device raise a remote source.
     pub(crate) fn pass_on(&self, device: &str, source: &str) -> Result<(), Refusals> {
         let (id, remote, is_here) = {
             let core = self.shared.locked();
@@ -157,7 +157,8 @@ impl System {
         passed.map_err(|why| refuse(Class::InvalidState, format!("cannot raise remote source '{source}': {why}"), "close other programs and try again"))
     }
 
-    /// Opens a device where its processor runs. Returns the device, its driver's description, and its kind and options for reopening.
+    /// Opens a device in the process in which its processor runs. Returns the device, its driver's description, and its kind and options
+    /// for reopening.
     pub(crate) fn open_device(
         &self,
         processor: &str,
@@ -178,7 +179,7 @@ impl System {
         Ok((remote.device(name, opened.channels)?, Beside::default(), description, Some((kind.to_owned(), options.to_string()))))
     }
 
-    /// Closes a device that was just opened and has nothing bound to it.
+    /// Closes a device that was just opened and to which nothing is bound.
     pub(crate) fn shut(&self, processor: &str, name: &str) {
         let remote = self.shared.locked().remote.processors.get(processor).cloned();
         match remote {
@@ -187,7 +188,7 @@ impl System {
         }
     }
 
-    /// Sends the code of a plan to its processors; refuses a plan with a source on a lost processor.
+    /// Sends the code of a plan to its processors; refuses a plan that uses a source on a lost processor.
     pub(crate) fn send_code(&self, catalog: &Catalog, plan: &Plan, place: &Option<SourceLocation>) -> Result<(), Refusals> {
         let remote = self.shared.command(|core| {
             refuse_lost_plan(core, plan)?;
@@ -228,7 +229,7 @@ impl System {
         refuse(Class::InvalidState, format!("cannot start {} again: {why}", self.shared.locked().remote.called(remote)), "fix that and call reset() again")
     }
 
-    /// Refuses to replace a process that was lost too often, however many processors it has: people must find the reason.
+    /// Refuses to replace a process that was lost too often, however many processors it contains, because a person must find the reason.
     fn refuse_restart(&self, remote: &Processor) -> Result<(), Refusals> {
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();
@@ -241,13 +242,14 @@ impl System {
         Err(refuse(Class::InvalidState, message, "see the log for the reason, fix that, and call reset() later"))
     }
 
-    /// Ends the processes of processors without a source, which no kernel knows; the others have ended with the host.
+    /// Terminates the processes of processors without a source, which no kernel knows about; the other processes have ended with the
+    /// host.
     pub(crate) fn close_remote(&self) {
         let places = if self.shared.core.is_poisoned() { Default::default() } else { self.shared.locked().remote.places() };
         places.iter().for_each(|remote| runtime::Remote::close(&**remote));
     }
 
-    /// Gives lost processors a new process: with the same sources and devices, current tables, and the last known values of SVVs.
+    /// Restarts lost processors in a new process, with the same sources and devices, current tables, and the last known values of SVVs.
     pub(crate) fn revive(&self) -> Result<(), Refusals> {
         // Process reported losses first.
         self.shared.command(|_| Ok(()))?;
@@ -277,7 +279,7 @@ impl System {
     }
 }
 
-/// Maximum number of replacements of a process, and the period in which they are counted.
+/// Maximum number of times that a process is replaced, and the period in which this is counted.
 const RESTARTS_MAX: u32 = 20;
 
 const RESTARTS_WITHIN: Duration = Duration::from_secs(60);

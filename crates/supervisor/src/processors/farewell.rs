@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fate of an instance on a remote processor if this process exits.
+//! Fate of an instance on a remote processor when this process exits.
 use crate::instances::instance::Instance;
 use crate::movements::sequence::{Builder, Movement};
 use crate::processors::remote::Remote;
@@ -7,7 +7,7 @@ use crate::registry::Registry;
 use kernel::Script;
 use model::definition::IfCutOff;
 
-/// Informs remote processors of the fate of an instance if this process exits, as declared by `if_cut_off` of its verb.
+/// Informs remote processors of the fate of an instance if this process exits, as declared by its verb's `if_cut_off`.
 pub(crate) fn bid(remote: &Remote, registry: &Registry, instance: &Instance) {
     if remote.processors.is_empty() {
         return;

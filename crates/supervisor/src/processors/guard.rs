@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Guard of this process. Its processors that are threads also command devices, which it cannot make safe itself after it has exited or
-//! hangs. The guard watches it as soon as it has a device that can be made safe from outside.
+//! Guard of this process. Processors that are threads of this process also command devices, which the process cannot make safe after it
+//! has exited or while it hangs. The guard watches it from the time at which it has the first device that can be made safe from outside.
 use device::SafeHandle;
 use kernel::SourceId;
 use rtp::{BEAT, Firings, Holder, Places, ProcessorHold};
@@ -15,13 +15,13 @@ use std::time::Duration;
 #[derive(Default)]
 pub(crate) struct ProcessGuard {
     state: Arc<State>,
-    /// Thread of the heart.
+    /// Heartbeat thread.
     heart: Mutex<Option<JoinHandle<()>>>,
 }
 
 #[derive(Default)]
 struct State {
-    /// Registered hearts by processor, each with its own bounds.
+    /// Registered heartbeats by processor, each with its own limits.
     held: Mutex<BTreeMap<String, Box<dyn ProcessorHold>>>,
     /// Sources that run as threads of this process.
     sources: Mutex<Vec<SourceId>>,
@@ -54,7 +54,7 @@ impl ProcessGuard {
         }
     }
 
-    /// Ends the guarding of this process after its devices have been closed.
+    /// Stops guarding this process after its devices have been closed.
     pub fn end(&self) {
         self.state.ends.store(true, Ordering::Release);
         if let Some(heart) = locked(&self.heart).take() {
@@ -65,7 +65,7 @@ impl ProcessGuard {
         locked(&self.state.held).clear();
     }
 
-    /// Starts the heart. It never waits for a lock whose holder waits: its locks are held only for a single access.
+    /// Starts the heartbeat. It never waits for a lock whose holder waits, because its locks are held only for a single access.
     fn begin(&self, host: &Arc<Host>) -> Result<(), String> {
         let mut heart = locked(&self.heart);
         if heart.is_none() {
@@ -88,7 +88,7 @@ impl ProcessGuard {
 }
 
 impl ProcessGuard {
-    /// Passes the guard the handles that make a device safe. From the first one on, a heart signals that this process is alive.
+    /// Passes the guard the handles that make a device safe. Starting with the first one, a heartbeat signals that this process is alive.
     pub fn hold(&self, places: &dyn Places, host: &Arc<Host>, processor: &str, device: &str, handles: &[SafeHandle]) -> Result<(), String> {
         self.begin(host)?;
         if !locked(&self.state.held).contains_key(processor) {

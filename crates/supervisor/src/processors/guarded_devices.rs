@@ -4,8 +4,8 @@ use crate::system::System;
 use kernel::Device;
 
 impl System {
-    /// Passes the guard the handles that make a device safe if it was opened on a processor that is a thread of this process. If this
-    /// fails, the failure is logged and the device works without the guard.
+    /// Passes the guard the handles that make a device safe, if the device was opened on a processor that is a thread of this process. If
+    /// this fails, the failure is logged and the device operates without the guard.
     pub(crate) fn guard_device(&self, processor: &str, device: &Device) {
         let handles = device.safe_handles();
         if handles.is_empty() || self.shared.is_virtual {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processors and interrupt sources: their creation, and raising of sources.
+//! Processors and interrupt sources: how they are created, and how sources are raised.
 use crate::processors::location::{Location, Patience, Processor};
 use crate::refuse::{refuse, refuse_at, unknown};
 use crate::system::System;
@@ -9,19 +9,19 @@ use model::configuration::{Source, SourceKind};
 use model::refusal::{Class, Refusals, SourceLocation};
 
 impl System {
-    /// Creates a real-time processor. `core`: CPU core to which its sources' threads are pinned. The first processor is the supervisor
-    /// unless another one declares it.
+    /// Creates a real-time processor. `core` is the CPU core to which the threads of its sources are pinned. The first processor is the
+    /// supervisor unless another one is declared to be.
     pub fn processor(&self, name: &str, core: Option<usize>, supervisor: bool) -> Result<(), Refusals> {
         self.processor_in(name, core, supervisor, Location::Thread)
     }
 
-    /// Creates a processor in a process of its own, in a shared process, or on another host. Under the virtual clock all are threads of
-    /// this process.
+    /// Creates a processor in its own process, in a shared process, or on another host. Under the virtual clock, all processors are
+    /// threads of this process.
     pub fn processor_in(&self, name: &str, core: Option<usize>, supervisor: bool, location: Location) -> Result<(), Refusals> {
         self.processor_within(name, core, supervisor, location, Patience::default())
     }
 
-    /// Creates a processor with the maximum times for which its process and its supervisor may hang.
+    /// Creates a processor, with the maximum times for which its process and its supervisor may hang.
     pub fn processor_within(&self, name: &str, core: Option<usize>, supervisor: bool, location: Location, patience: Patience) -> Result<(), Refusals> {
         let bounds = patience.bounds(name, &location)?;
         let mut definitions = self.shared.definitions();
@@ -53,7 +53,7 @@ impl System {
         Ok(())
     }
 
-    /// Creates an interrupt source of a processor. `kind`: `timer`, `trigger` or `software`.
+    /// Creates an interrupt source on a processor. `kind` is `timer`, `trigger` or `software`.
     pub fn source(&self, processor: &str, name: &str, kind: SourceKind, priority: u8, virtual_cost_ns: u64) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         let Some(rtp) = definitions.processors.get_index_of(processor) else {
@@ -102,7 +102,7 @@ impl System {
         Ok(())
     }
 
-    /// Moves the supervisor's thread to the core of its processor, with a priority above its sources.
+    /// Moves the supervisor's thread to the core of its processor, with a priority above that of its sources.
     fn post_supervisor(&self, definitions: &crate::definitions::system_definitions::Definitions) {
         let Some((name, processor)) = definitions.processors.iter().find(|(_, p)| p.supervisor) else { return };
         let sources = definitions.configuration.sources.values().filter(|s| s.processor == *name);
@@ -135,8 +135,8 @@ impl System {
         }
     }
 
-    /// Lets a channel that a physical device reads raise a trigger or software source, of any processor, each time it changes from zero
-    /// to nonzero. The channel is checked in each firing of the device's source.
+    /// Makes a channel that a physical device reads raise a trigger or software source of any processor each time it changes from zero to
+    /// nonzero. The channel is checked in each firing of the device's source.
     pub fn raise(&self, device: &str, channel: &str, source: &str, place: Option<SourceLocation>) -> Result<(), Refusals> {
         let definitions = self.shared.definitions();
         let Some(of) = definitions.configuration.devices.get(device) else {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Location of a processor: its parsing, its checks, and its representation.
+//! Location of a processor: how it is parsed, checked and represented.
 use crate::refuse::refuse;
 use model::refusal::{Class, Refusals};
 use rtp::Bounds;
@@ -9,14 +9,14 @@ use std::time::Duration;
 /// Location of a processor.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Location {
-    /// Threads of this process.
+    /// In threads of this process.
     #[default]
     Thread,
-    /// A process of its own on this host.
+    /// In its own process on this host.
     Process,
-    /// The process of this name on this host, shared by all processors that name it.
+    /// In the process with this name on this host, which is shared by all processors that name it.
     Shared(String),
-    /// A host that has joined the system.
+    /// On a host that has joined the system.
     Host(String),
 }
 
@@ -24,7 +24,7 @@ pub enum Location {
 pub(crate) struct Processor {
     pub core: Option<usize>,
     pub supervisor: bool,
-    /// True if it was explicitly declared the supervisor, rather than being the first processor.
+    /// True if the processor was explicitly declared to be the supervisor; false if it is the supervisor because it was created first.
     pub asked: bool,
     pub location: Location,
 }
@@ -34,9 +34,9 @@ pub(crate) struct Processor {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(untagged)]
 pub enum InProcess {
-    /// True: a process of its own; false: this process.
+    /// True for its own process, false for this process.
     Own(bool),
-    /// The process of this name.
+    /// Process with this name.
     Named(String),
 }
 
@@ -49,25 +49,25 @@ impl Default for InProcess {
 /// Maximum times for which a remote processor and its supervisor may hang, ns, if set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Patience {
-    /// Maximum time without a heartbeat, after which the process is killed and counts as lost; if it is this process, its devices are
-    /// made safe and it survives.
+    /// Maximum time without a heartbeat, after which the process is killed and counts as lost. If it is this process, its devices are
+    /// made safe instead and it survives.
     pub lost_after_ns: Option<u64>,
-    /// Maximum time without a message from the supervisor, after which it counts as lost; also the time for which processors that
-    /// continue without one wait for the next.
+    /// Maximum time without a message from the supervisor, after which the supervisor counts as lost; also the time for which processors
+    /// that continue without a supervisor wait for the next one.
     pub patience_ns: Option<u64>,
 }
 
-/// A heart beats every 20 ms; a limit of only a few beats would measure the scheduler.
+/// Minimum for the time without a heartbeat. A heartbeat is sent every 20 ms, so a limit of only a few beats would measure the scheduler.
 const LOST_AFTER_MIN: Duration = Duration::from_millis(100);
-/// A supervisor reports every half second that it is alive.
+/// Minimum for the time without a message. A supervisor reports every half second that it is alive.
 const PATIENCE_MIN: Duration = Duration::from_secs(2);
 const BOUND_MAX: Duration = Duration::from_secs(24 * 3600);
 
 impl Patience {
-    /// Converts the times to bounds of processor `name`.
+    /// Converts the times to bounds for processor `name`.
     ///
     /// # Errors
-    /// `PlacementError` if nothing can be bounded at the location. `OutOfRange` if a time is too short or too long.
+    /// `PlacementError` if no bounds are possible at the location. `OutOfRange` if a time is too short or too long.
     pub(crate) fn bounds(&self, name: &str, location: &Location) -> Result<Bounds, Refusals> {
         let misplaced = |word: &str, why: &str, remedy: &str| refuse(Class::PlacementError, format!("processor '{name}' has {word}=, but {why}"), remedy);
         match location {
@@ -98,7 +98,7 @@ impl Location {
     /// Returns the location that a call specifies for processor `name`.
     ///
     /// # Errors
-    /// `PlacementError` if both a process and a host are set. `DefinitionError` if the name of the process is invalid.
+    /// `PlacementError` if both a process and a host are specified. `DefinitionError` if the name of the process is invalid.
     pub fn of(name: &str, process: InProcess, host: Option<String>) -> Result<Location, Refusals> {
         match (process, host) {
             (InProcess::Named(process), Some(host)) => Err(refuse(
@@ -127,13 +127,13 @@ impl Location {
         }
     }
 
-    /// Returns the host if it is a different one.
+    /// Returns the host, if it is not this one.
     pub fn host(&self) -> Option<&str> {
         if let Location::Host(host) = self { Some(host) } else { None }
     }
 }
 
-/// Returns true if a name is suitable for people, messages and shell arguments.
+/// Returns true if a name is suitable for display, messages and shell arguments.
 fn is_name(text: &str) -> bool {
     let letters = text.chars().all(|c| c.is_alphanumeric() || matches!(c, '-' | '_' | '.'));
     letters && text.starts_with(char::is_alphanumeric) && text.len() <= NAME_LEN_MAX

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Needs of a start that are held or awaited by others.
+//! Needs of a start that other instances hold or wait for.
 use crate::instances::instance::State;
 use crate::instances::table::{Instances, Request};
 use crate::registry::Registry;
@@ -8,7 +8,7 @@ use model::definition::Arbitration;
 use model::plan::{Claim, Plan};
 use model::refusal::{Class, Refusal};
 
-/// A claim that a start needs and another instance holds or waits for.
+/// A claim that a start needs and that another instance holds or waits for.
 pub(crate) struct HeldClaim {
     pub claim: Claim,
     pub holder: u64,
@@ -16,7 +16,7 @@ pub(crate) struct HeldClaim {
 }
 
 impl Instances {
-    /// Returns the needs of a start that others hold, or that starts before `place` in the queue wait for.
+    /// Returns the needs of a start that other instances hold, or for which starts before `place` in the queue wait.
     pub fn held(&self, registry: &Registry, request: &Request, plan: &Plan, place: usize) -> Vec<HeldClaim> {
         let mut held: Vec<HeldClaim> = Vec::new();
         let mut look = |claim: &Claim, arbitration: Arbitration| {
@@ -41,13 +41,13 @@ impl Instances {
         refusal.remedy(format!("wait for '{holder}' or halt it"))
     }
 
-    /// Sorts queued instances first, so that ending all of them lets none begin meanwhile.
+    /// Sorts queued instances first, so that none of them begins while all are being ended.
     pub fn queued_first(&self, instances: &mut [u64]) {
         instances.sort_by_key(|id| self.get(id).is_none_or(|i| i.state() != State::Queued));
     }
 }
 
-/// Returns the needs of a start: everything that it may write, and the SVVs that ψ stores into.
+/// Returns the needs of a start: everything that it may write, and the SVVs in which ψ stores values.
 fn needs<'a>(request: &'a Request, plan: &'a Plan) -> impl Iterator<Item = (Claim, Arbitration)> + 'a {
     let own = plan.claims.iter().cloned().zip(plan.arbitration.iter().copied());
     let stored = stored_svvs(plan, &request.stores).map(|(id, name, _)| Claim::Svv { id: *id, name: name.to_owned() });

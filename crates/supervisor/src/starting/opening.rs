@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Kernel operations that begin or resume an instance: pure functions of the configuration and the instance.
+//! Kernel operations that begin or resume an instance, as pure functions of the configuration and the instance.
 use crate::instances::installed_verb::InstalledVerb;
 use crate::instances::instance::{Instance, Life};
 use crate::movements::sequence::{Builder, Movement};
@@ -50,7 +50,7 @@ pub(crate) fn opening(registry: &Registry, instance: &Instance, stores: &[(Targe
     movements
 }
 
-/// Makes up for a replaced start: resets everything and stores ψ if that had not been sent yet, and claims the channels, except those of
+/// Makes up for a replaced start: resets everything and stores ψ if that has not been sent yet, and claims the channels, except those of
 /// a device that starts from its current state, which is not known yet.
 pub(crate) fn make_up(registry: &Registry, builder: &mut Builder, instance: &Instance) {
     if instance.position.has_entered {
@@ -66,7 +66,7 @@ pub(crate) fn make_up(registry: &Registry, builder: &mut Builder, instance: &Ins
     }
 }
 
-/// Resets everything in the instance to the state of a first start, with its clock at 0 and ψ stored.
+/// Resets everything in the instance to its state at a first start, with its clock at 0 and ψ stored.
 pub(crate) fn refresh(registry: &Registry, builder: &mut Builder, instance: &Instance, stores: &[(Target, Vec<u8>)]) {
     for (index, block) in instance.installed.blocks.iter().enumerate() {
         builder.add(instance.installed.block_source[index], Op::Reset(block.clone()));
@@ -93,7 +93,7 @@ pub(crate) fn refresh(registry: &Registry, builder: &mut Builder, instance: &Ins
     }
 }
 
-/// Sets the initial value of a ratio input to that of its object in its source.
+/// Sets the initial value of a ratio input to the value of its data object in its source.
 fn begin_delay(builder: &mut Builder, instance: &Instance, source: SourceId, port: (usize, usize), delay: &kernel::Cell) {
     let bound = instance.plan.blocks[port.0].bindings.iter().find(|b| b.item == port.1);
     let cells = match bound.map(|b| &b.binding) {
@@ -108,8 +108,8 @@ fn begin_delay(builder: &mut Builder, instance: &Instance, source: SourceId, por
     }
 }
 
-/// Opens the initial list of a device's own verb: SVVs that start as copies are copied after the leading `execute` commands, before the
-/// loop closes.
+/// Opens the initial list of a device's own verb. SVVs that start as copies are copied after the leading `execute` commands, before the
+/// loop is closed.
 fn open_device(registry: &Registry, builder: &mut Builder, instance: &Instance, of: &InstalledVerb) {
     let (list, generation) = (instance.plan.initial, Some(instance.generation));
     let stage = &instance.plan.lists[list].stages[0];
@@ -130,7 +130,7 @@ fn open_device(registry: &Registry, builder: &mut Builder, instance: &Instance, 
     of.reach(builder, list, 0, generation);
 }
 
-/// Stores one value of ψ into every image that contains its object.
+/// Stores one value of ψ in every image that contains its object.
 pub(crate) fn store_target(registry: &Registry, builder: &mut Builder, instance: &Instance, target: &Target, bytes: &[u8]) {
     match target {
         Target::Cell(cell) => store_cell(registry, builder, instance, *cell, bytes),
@@ -175,8 +175,8 @@ pub(crate) fn set_rest(registry: &Registry, builder: &mut Builder, instance: &In
     }
 }
 
-/// Adds the operations that resume a suspended instance: it reclaims its channels, and its clock runs. `restores`: the channels return to
-/// their previous values, within their slew limits; otherwise they stay safe until a block stores into them.
+/// Adds the operations that resume a suspended instance: it reclaims its channels, and its clock runs again. If `restores` is true, the
+/// channels return to their previous values, within their slew limits; otherwise they stay safe until a block stores a value in them.
 pub(crate) fn wake(registry: &Registry, builder: &mut Builder, instance: &Instance, restores: bool) {
     let of = instance.installed_verb(&registry.physical);
     let held = if let Life::Suspended { held } = &instance.life { held.as_slice() } else { &[] };

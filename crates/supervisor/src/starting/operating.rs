@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Drives that need time until they follow commands: a verb's commands begin when the drives report that they follow, without making up
+//! Drives that need time before they follow commands: a verb's commands begin when the drives report that they follow, without making up
 //! for the wait.
 //!
-//! A part reports this in a bool that is read, `PART.operating`, next to the channels that are written. A verb that claims one of these
-//! claims it first and delays everything else until all are true; the channels carry their safe values meanwhile. A drive that does not
-//! become ready is lost by its driver, which reports the reason.
+//! A part reports this in a read Boolean channel, `PART.operating`, next to the written channels. A verb that claims one of the written
+//! channels claims it first and delays everything else until all reports are true; meanwhile, the channels carry their safe values. If a
+//! drive does not become ready, its driver reports it as lost, with the reason.
 use crate::instances::instance::Instance;
 use crate::registry::Registry;
 use device::{Direction, Type};
 use kernel::{Cell, Op, SourceId};
 use model::plan::Claim;
 
-/// Channel of a part that reports whether it follows commands.
+/// Channel in which a part reports whether it follows commands.
 const OPERATING: &str = "operating";
 
 /// Returns the operations that capture the reports of machines.
@@ -19,7 +19,8 @@ pub(crate) fn looks(cells: &[(SourceId, Cell)]) -> impl Iterator<Item = (SourceI
     cells.iter().map(|(source, cell)| (*source, Op::Capture(vec![cell.clone()])))
 }
 
-/// Returns the channels in which the machines that an instance is to command report whether they follow; empty if they follow at once.
+/// Returns the channels in which the machines that an instance is to command report whether they follow commands; empty if all of them
+/// follow immediately.
 pub(crate) fn operating(registry: &Registry, instance: &Instance) -> Vec<(SourceId, Cell)> {
     let mut found: Vec<(&str, usize)> = Vec::new();
     for claim in &instance.plan.claims {

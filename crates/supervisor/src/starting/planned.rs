@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Cache of recent plans: if nothing has changed, the same application has the same plan. A program calls few verbs repeatedly.
+//! Cache of recent plans: if nothing has changed, the same application has the same plan. A program repeatedly calls only a few verbs.
 use crate::copied::CopiedState;
 use model::CheckedVerb;
 use model::configuration::{Configuration, Writer};
@@ -9,7 +9,7 @@ use model::refusal::Refusals;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// Maximum number of plans kept.
+/// Maximum number of plans to keep.
 const PLANS_MAX: usize = 32;
 
 /// Latest plans, most recently used last.
@@ -17,9 +17,9 @@ const PLANS_MAX: usize = 32;
 pub(crate) struct Plans(VecDeque<PlannedApplication>);
 
 struct PlannedApplication {
-    /// Application without its place, which depends on the call.
+    /// Application without its location, which depends on the call.
     application: Application,
-    /// Origin of the plan: change number of the definitions, and writers of the SVVs that it is bound to.
+    /// Basis of the plan: change counter of the definitions, and writers of the SVVs to which it is bound.
     changes: u64,
     writers: Vec<(String, Vec<Writer>)>,
     checked: Arc<CheckedVerb>,
@@ -35,7 +35,7 @@ impl PlannedApplication {
     }
 }
 
-/// Returns true if two applications differ at most in values, name and place, which do not affect the plan.
+/// Returns true if two applications differ at most in values, name and location, which do not affect the plan.
 fn is_same(kept: &Application, asked: &Application) -> bool {
     kept.verb == asked.verb
         && kept.arguments.iter().eq(&asked.arguments)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! ψ: values of input parameters, as bytes and with their targets.
+//! ψ: values of input parameters as bytes, with their targets.
 use crate::refuse::refuse;
 use indexmap::IndexMap;
 use model::configuration::{Configuration, SvvId};
@@ -9,7 +9,7 @@ use model::types::Type;
 use model::value::Value;
 use std::collections::BTreeMap;
 
-/// Encoded values of ψ: with their targets, and by input parameter, as passed or by default.
+/// Encoded values of ψ, by target and by input parameter, either passed or default.
 #[derive(Default)]
 pub(crate) struct Psi {
     pub stores: Vec<(Target, Vec<u8>)>,
@@ -19,7 +19,7 @@ pub(crate) struct Psi {
 /// Encoded values of input parameters, by their index in the plan.
 pub(crate) type InputValues = BTreeMap<usize, Vec<u8>>;
 
-/// Returns the values of ψ: those passed, or else the defaults; for device parameters, the current values.
+/// Returns the values of ψ: those passed, or else the defaults; for device parameters, their current values.
 pub(crate) fn psi(plan: &Plan, values: &IndexMap<String, Value>, configuration: &Configuration) -> Result<Psi, Refusals> {
     let mut refusals: Refusals = Vec::new();
     let mut found = Psi::default();
@@ -67,7 +67,7 @@ pub(crate) fn psi(plan: &Plan, values: &IndexMap<String, Value>, configuration: 
     if refusals.is_empty() { Ok(found) } else { Err(refusals) }
 }
 
-/// Returns the SVVs that ψ stores into, with their values.
+/// Returns the SVVs in which ψ stores values, with these values.
 pub(crate) fn stored_svvs<'a>(plan: &'a Plan, stores: &'a [(Target, Vec<u8>)]) -> impl Iterator<Item = (&'a SvvId, &'a str, &'a [u8])> {
     let parts = stores.iter().flat_map(|(target, bytes)| {
         let cells = match target {
@@ -84,7 +84,7 @@ pub(crate) fn stored_svvs<'a>(plan: &'a Plan, stores: &'a [(Target, Vec<u8>)]) -
     })
 }
 
-/// Returns the current values of a parameter of logical devices: for one device the value, for several a list.
+/// Returns the current values of a parameter of logical devices: for a single device the value, for several devices a list.
 pub(crate) fn device_values(configuration: &Configuration, devices: &[String], parameter: &str, type_text: &str) -> Option<Value> {
     let values: Vec<Value> = devices.iter().map(|d| configuration.logical_devices.get(d)?.parameters.get(parameter).cloned()).collect::<Option<_>>()?;
     let is_array = type_text.ends_with(']');
@@ -95,7 +95,7 @@ pub(crate) fn encode(type_text: &str, unit: &str, value: &Value) -> Result<Vec<u
     Type::parse(type_text, &IndexMap::new())?.encode(value, unit)
 }
 
-/// Returns the refusal prefixed by the parameter's name.
+/// Returns the refusal with the parameter's name as a prefix.
 pub(crate) fn named(refusal: Refusal, name: &str) -> Refusal {
     Refusal { message: format!("'{name}': {}", refusal.message), ..refusal }
 }

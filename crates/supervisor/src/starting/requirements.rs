@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Checks before a verb starts: its devices meet its requirements, and its values are within their ranges.
 //!
-//! The current values of SVVs are read at a boundary before the start; a change between that and the start is not seen.
+//! The current values of SVVs are read at a boundary before the start; a change between this reading and the start is not detected.
 use crate::starting::psi::{encode, named};
 use crate::system::System;
 use indexmap::IndexMap;
@@ -13,7 +13,7 @@ use model::types::Type;
 use model::value::Value;
 use std::sync::Arc;
 
-/// Returns refusals of values and defaults that do not match their types and units. Ranges are checked at the start.
+/// Returns refusals for values and defaults that do not match their types and units. Ranges are checked at the start.
 pub(crate) fn unfit(plan: &Plan, values: &IndexMap<String, Value>, configuration: &Configuration) -> Refusals {
     let mut refusals = Refusals::new();
     for input in plan.inputs.iter().filter(|input| input.origin == InputOrigin::Given) {
@@ -29,7 +29,7 @@ pub(crate) fn unfit(plan: &Plan, values: &IndexMap<String, Value>, configuration
 }
 
 impl System {
-    /// Returns the values of a start, with shares, quantities and defaults of ranges converted to numbers; refuses if a check fails.
+    /// Returns the values of a start, with fractions, quantities and defaults of ranges converted to numbers; refuses if a check fails.
     pub(crate) fn settled(
         &self,
         plan: &Arc<Plan>,
@@ -50,7 +50,7 @@ impl System {
         if refusals.is_empty() { Ok(settled) } else { Err(refusals) }
     }
 
-    /// Returns new values of tunable input parameters, converted and checked as in a start.
+    /// Returns new values of tunable input parameters, converted and checked as for a start.
     pub(crate) fn settled_set(
         &self,
         plan: &Arc<Plan>,

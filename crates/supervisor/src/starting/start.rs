@@ -19,7 +19,7 @@ use model::refusal::{Class, Refusal, Refusals};
 use model::value::Value;
 
 impl Core {
-    /// Checks the preconditions of a start: no emergency, a mode that allows it, enabled devices, running sources.
+    /// Checks the preconditions of a start: no emergency stop, a mode that permits it, enabled devices, running sources.
     pub fn check_start(&self, instance: &Instance) -> Result<(), Refusals> {
         self.safety.emergency.refuse("start", &instance.name)?;
         self.safety.modes.check(instance, &self.registry)?;
@@ -28,7 +28,7 @@ impl Core {
         check_devices(&self.registry, instance)
     }
 
-    /// Begins a start whose needs are free: claims them and begins the initial list.
+    /// Begins a start whose needs are free: takes the claims and begins the initial list.
     pub fn begin(&mut self, request: Request) {
         let mut movements = self.prepare(&request);
         farewell::bid(&self.remote, &self.registry, &self.instances[&request.id]);
@@ -66,8 +66,8 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// Starts the instance: claims, ψ, the initial command list; or queues the start if the devices that it needs declare so. Nothing has
-    /// changed if it is refused.
+    /// Starts the instance (claims, ψ, initial command list), or queues the start if the devices that it needs declare so. If it is
+    /// refused, nothing has changed.
     pub fn start(&mut self, values: &IndexMap<String, Value>, limits: Limits, configuration: &Configuration) -> Result<(), Refusals> {
         let id = self.id;
         let instance = self.core.instances.known(id)?;
@@ -138,7 +138,7 @@ fn check_sources(core: &Core, instance: &Instance) -> Result<(), Refusals> {
 }
 
 impl Core {
-    /// Holds a start back during a pause, and logs it; returns true if it did.
+    /// Holds a start back during a pause and logs this; returns true if the start was held back.
     fn hold_back(&mut self, request: &Request) -> bool {
         let now_ns = self.host.now_ns();
         let Some(instance) = self.instances.get_mut(&request.id) else { return false };

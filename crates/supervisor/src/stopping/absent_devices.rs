@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Lost physical devices: refuses starts that need one.
+//! Lost physical devices: refuses starts that need them.
 use crate::instances::instance::Instance;
 use crate::refuse::refuse;
 use crate::registry::Registry;
@@ -9,13 +9,13 @@ use model::refusal::{Class, Refusals};
 const REMEDY: &str = "check its power and cable, then open it again: reset(), or reopen() of the device";
 
 impl Instance {
-    /// Returns the physical devices whose channels the instance is bound to.
+    /// Returns the physical devices to whose channels the instance is bound.
     pub fn physical_devices(&self) -> impl Iterator<Item = &str> {
         self.plan.cells.iter().filter_map(|cell| if let CellKind::Channel { device, .. } = &cell.kind { Some(device.as_str()) } else { None })
     }
 }
 
-/// Checks that the devices that an instance reads and writes are not lost: it must not start from frozen readings.
+/// Checks that none of the devices that an instance reads and writes are lost, because it must not start from stale readings.
 pub(crate) fn check_devices(registry: &Registry, instance: &Instance) -> Result<(), Refusals> {
     let lost = |device: &str| registry.physical.get(device)?.lost.as_ref().map(|why| (device.to_owned(), why.clone()));
     let Some((device, why)) = instance.physical_devices().find_map(lost) else { return Ok(()) };

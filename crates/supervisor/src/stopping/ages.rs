@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Limits on the age of values from other sources: `late` if a ratio value is absent for longer, `link_lost` if nothing has arrived from
-//! a timer, which publishes in each of its firings.
+//! Limits on the age of values from other sources: `late` if a ratio value has been absent for longer, `link_lost` if nothing has arrived
+//! from a timer, which publishes in each of its firings.
 use crate::claims::writers::Pair;
 use crate::core::Core;
 use crate::instances::instance::Instance;
@@ -15,18 +15,18 @@ use model::refusal::{Class, Refusals};
 /// A value that is about to exceed its age limit.
 struct Aging {
     condition: SystemCondition,
-    /// Time at which it does, ns on the clock: just after the limit, after the firings of that instant.
+    /// Time at which the value will exceed its limit, ns on the clock: just after the limit, after the firings of that instant.
     over_ns: i64,
     pair: Pair,
 }
 
-/// Returns the time at which a value that an instance reads will exceed its age limit if nothing arrives.
+/// Returns the time at which a value read by an instance will exceed its age limit if no new value arrives.
 pub(crate) fn age_deadline(core: &Core, instance: &Instance) -> Option<i64> {
     instance.times.limits.age_max_ns?;
     aging(core, instance).map(|aging| aging.over_ns).min()
 }
 
-/// Returns the instances with a value that has exceeded its age limit, each with the ending condition and the reason.
+/// Returns the instances that read a value that has exceeded its age limit, each with the ending condition and the reason.
 pub(crate) fn too_old(core: &Core, now_ns: i64) -> Vec<(u64, SystemCondition, String)> {
     let limited = core.instances.values().filter(|i| i.is_running() && i.times.limits.age_max_ns.is_some());
     let over = limited.filter_map(|i| Some((i, aging(core, i).find(|aging| aging.over_ns <= now_ns)?)));
@@ -42,7 +42,7 @@ pub(crate) fn too_old(core: &Core, now_ns: i64) -> Vec<(u64, SystemCondition, St
     .collect()
 }
 
-/// Checks that an age limit leaves the writers time to publish.
+/// Checks that an age limit leaves the writers enough time to publish.
 pub(crate) fn check_age(core: &Core, instance: &Instance, age_max_ns: Option<i64>) -> Result<(), Refusals> {
     let Some(age_max_ns) = age_max_ns else { return Ok(()) };
     let slowest = heard(core, instance).into_iter().filter_map(|(writer, _)| Some((core.host.period_ns(writer)?, writer))).max();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Reactions when the programming system that started instances is cut off: each instance follows `if_cut_off` of its verb.
+//! Reactions when the programming system that started instances is cut off: each instance follows the `if_cut_off` of its verb.
 use crate::core::Core;
 use crate::instances::instance::Instance;
 use crate::registry::DeviceState;
@@ -7,14 +7,14 @@ use model::SystemCondition;
 use model::definition::IfCutOff;
 
 impl Instance {
-    /// Returns the reaction of the instance: that of its verb, or by default halting for an action and continuing for a device's own
+    /// Returns the reaction of the instance: that of its verb or, by default, halting for an action and continuing for a device's own
     /// verb.
     pub fn if_cut_off(&self) -> IfCutOff {
         self.plan.if_cut_off.unwrap_or(if self.owner.is_some() { IfCutOff::Continue } else { IfCutOff::Halt })
     }
 }
 
-/// Applies the reactions, the fastest first: devices that must be made safe do not wait for orderly halts.
+/// Applies the reactions, fastest first: devices that must be made safe do not wait for orderly halts.
 pub(crate) fn abandon(core: &mut Core, instances: &[u64], who: &str) {
     let now_ns = core.host.now_ns();
     let message = format!("programming system '{who}' was cut off");
@@ -27,7 +27,7 @@ pub(crate) fn abandon(core: &mut Core, instances: &[u64], who: &str) {
     halt.into_iter().for_each(|id| halt_abandoned(core, id, &message));
 }
 
-/// Ends the instance and the motion of its devices at once, with their outputs safe.
+/// Ends the instance and the motion of its devices immediately, with their outputs made safe.
 fn make_safe(core: &mut Core, id: u64, message: &str) {
     let Some(instance) = core.instances.get(&id) else { return };
     let devices: Vec<String> = instance.owner.iter().chain(&instance.plan.devices).cloned().collect();

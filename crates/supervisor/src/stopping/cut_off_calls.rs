@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Cut-off of a programming system, or of a source's processor.
+//! Calls for the cut-off of a programming system, or of a source's processor.
 use crate::refuse::unknown;
 use crate::stopping::cut_off::abandon;
 use crate::system::System;
@@ -12,8 +12,8 @@ impl System {
         self.shared.locked().instances.get(&instance).is_some_and(|instance| instance.if_cut_off() == IfCutOff::Continue)
     }
 
-    /// Reports that the programming system `who`, which started these instances, is cut off: each running instance follows `if_cut_off`
-    /// of its verb. Instances that have ended or were deleted are skipped.
+    /// Reports that the programming system `who`, which started these instances, is cut off: each running instance follows the
+    /// `if_cut_off` of its verb. Instances that have ended or were deleted are skipped.
     pub fn abandon(&self, instances: &[u64], who: &str) -> Result<(), Refusals> {
         self.shared.command(|core| {
             abandon(core, instances, who);
@@ -21,10 +21,10 @@ impl System {
         })
     }
 
-    /// Cuts off a source, for tests: it receives and acknowledges no scripts, as if its processor had exited.
+    /// Cuts off a source, for tests: it neither receives nor acknowledges scripts, as if its processor had exited.
     ///
     /// # Errors
-    /// `UnknownName`.
+    /// `UnknownName` if the source does not exist.
     pub fn cut_off(&self, source: &str) -> Result<(), Refusals> {
         self.shared.command(|core| {
             let Some(id) = core.registry.sources.get(source).copied() else {

@@ -11,8 +11,8 @@ use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 
 impl System {
-    /// Makes a channel trip the emergency stop, from its next reading on, when it is nonzero (`at_zero`: when it is 0, as with a normally
-    /// closed contact). Losing its device trips it too.
+    /// Makes a channel trip the emergency stop, starting with its next reading, when it is nonzero (if `at_zero` is true: when it is 0,
+    /// as with a normally closed contact). The loss of the channel's device also trips it.
     pub fn emergency_stop_input(&self, device: &str, channel: &str, at_zero: bool) -> Result<(), Refusals> {
         self.shared.command(|core| {
             let index = read_channel(&core.registry, device, channel)?;
@@ -26,7 +26,7 @@ impl System {
         })
     }
 
-    /// Brings all devices to their safe state and latches.
+    /// Brings all devices to their safe state and latches the emergency stop.
     pub fn emergency_stop(&self, reason: &str) -> Result<(), Refusals> {
         // Regardless of the supervisor's current work, every device of this host now accepts only its safe values.
         self.shared.stop.store(true, Ordering::Release);
@@ -43,8 +43,8 @@ impl System {
         self.shared.locked().safety.emergency.reason.clone()
     }
 
-    /// Releases the latch; lost processors get a new process, lost devices are reopened. Returns the devices that are still lost, with
-    /// the reasons.
+    /// Releases the latch, restarts lost processors in new processes, and reopens lost devices. Returns the devices that are still lost,
+    /// with the reasons.
     pub fn reset(&self) -> Result<BTreeMap<String, String>, Refusals> {
         self.revive()?;
         let still = self.reopen_lost()?;

@@ -13,8 +13,8 @@ use model::refusal::{Class, Refusals};
 use std::collections::HashSet;
 use std::sync::atomic::Ordering;
 
-/// Ends every action, brings the devices to their safe state, and latches. A further cause is recorded while the stop is latched.
-/// `source`: the input that tripped it, or `system`.
+/// Ends every action, brings the devices to their safe state, and latches. If the stop is already latched, records a further cause.
+/// `source` is the input that tripped it, or `system`.
 pub(crate) fn emergency_stop(core: &mut Core, source: &str, reason: &str) {
     let now_ns = core.host.now_ns();
     let reason = &*model::wording::printable(reason);
@@ -47,7 +47,7 @@ pub(crate) fn emergency_stop(core: &mut Core, source: &str, reason: &str) {
     }
 }
 
-/// Sets every output to its safe value at once, even if its source does not fire soon.
+/// Sets every output to its safe value immediately, even if its source is not about to fire.
 fn safe_all(core: &mut Core) {
     for (device, source) in core.registry.physical.values().map(|p| (p.device.clone(), p.source)).collect::<Vec<_>>() {
         let channels = (0..device.channels().len()).filter(|c| device.channels()[*c].direction == Direction::Write);
@@ -56,7 +56,7 @@ fn safe_all(core: &mut Core) {
     }
 }
 
-/// Releases the latch and restarts the sources that were stopped by faults. Refuses while a cause is present, and names it.
+/// Releases the latch and restarts the sources that were stopped by faults. Refuses while a cause is still present, and names it.
 pub(crate) fn lift(core: &mut Core) -> Result<(), Refusals> {
     let present = core.safety.emergency.present(&core.registry);
     if !present.is_empty() {
@@ -91,7 +91,7 @@ pub(crate) fn lift(core: &mut Core) -> Result<(), Refusals> {
     Ok(())
 }
 
-/// Handles inputs read by the kernels: every input that has tripped since the last reset is a cause.
+/// Handles inputs read by the kernels: every input that has tripped since the last reset is recorded as a cause.
 pub(crate) fn watch_inputs(core: &mut Core) {
     for index in 0..core.safety.emergency.inputs.len() {
         let input = &core.safety.emergency.inputs[index];
@@ -118,7 +118,7 @@ pub(crate) fn watch_enabling_switch(core: &mut Core) {
     }
 }
 
-/// Changes the mode; refuses while an action on devices runs, and names it.
+/// Changes the mode; refuses while an action on devices is running, and names it.
 pub(crate) fn set_mode(core: &mut Core, mode: Mode) -> Result<(), Refusals> {
     if core.safety.modes.mode == mode {
         return Ok(());

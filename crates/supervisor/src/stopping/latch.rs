@@ -2,8 +2,8 @@
 //! Emergency stop: ends every action, brings devices to their safe state and latches. It is not a certified safety function.
 //!
 //! All devices of the host check a flag before each write. The kernel that reads a tripped input sets the flag in that very firing: its
-//! outputs are safe from that firing's write on, those of other sources from their next one. The supervisor follows: it ends the verbs,
-//! and nothing can be started until the reset.
+//! own outputs are safe starting with that firing's write, those of other sources starting with their next write. The supervisor follows:
+//! it ends the verbs, and nothing can be started until the reset.
 use crate::refuse::{refuse, unknown};
 use crate::registry::Registry;
 use device::Direction;
@@ -11,14 +11,14 @@ use model::refusal::{Class, Refusals};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// State of the emergency stop in the supervisor.
+/// State of the emergency stop, as kept by the supervisor.
 #[derive(Default)]
 pub(crate) struct Emergency {
     /// Cause of the latch.
     pub reason: Option<String>,
-    /// Channels that trip it.
+    /// Channels that trip the emergency stop.
     pub inputs: Vec<Input>,
-    /// Flag that every device of the host obeys.
+    /// Flag that all devices of the host obey.
     pub stop: Arc<AtomicBool>,
 }
 
@@ -26,7 +26,7 @@ pub(crate) struct Emergency {
 pub(crate) struct Input {
     pub device: String,
     pub channel: usize,
-    /// True if it has been reported since the last reset.
+    /// True if the input has been reported since the last reset.
     pub told: bool,
 }
 
@@ -37,14 +37,14 @@ impl Emergency {
         Err(refuse(Class::EmergencyStopped, format!("cannot {call} '{what}': the emergency stop is latched ({reason})"), "remove the cause and call reset()"))
     }
 
-    /// Returns descriptions of the causes that are present.
+    /// Returns descriptions of the causes that are still present.
     pub fn present(&self, registry: &Registry) -> Vec<String> {
         self.inputs.iter().filter(|input| registry.physical[&input.device].device.asks(input.channel)).map(|input| input.name(registry)).collect()
     }
 }
 
 impl Input {
-    /// Returns `emergency stop input 'io.gate'`, with the reason if it is not the reading.
+    /// Returns the name of the input for messages, `emergency stop input 'io.gate'`, with the reason if it is not the reading.
     pub fn name(&self, registry: &Registry) -> String {
         let name = format!("emergency stop input '{}'", self.channel_name(registry));
         if registry.physical[&self.device].device.is_lost() { format!("{name}: its device was lost") } else { name }

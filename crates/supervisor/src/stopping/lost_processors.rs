@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Lost processors: detects sources that do not acknowledge a script within their bound. Verbs with blocks there receive
-//! `processor_lost`: they follow τ to a list that runs on the remaining sources, or end. No wait includes a lost source until a reset.
+//! Lost processors: detects sources that do not acknowledge a script within their time limit. Verbs with blocks on such a source receive
+//! `processor_lost`: they follow τ to a list that runs on the remaining sources, or end. Until a reset, no wait includes a lost source.
 use crate::alarms::causes::alarm_processor;
 use crate::core::Core;
 use crate::instances::cause::Cause;
@@ -13,18 +13,18 @@ use model::SystemCondition;
 use model::plan::Plan;
 use model::refusal::{Class, Refusals};
 
-/// Time limit for a source to answer a script, ns. An idle source answers at once, a busy one after its firing, which may use its whole
-/// declared time budget: see [`answer_ns`].
+/// Time limit for a source to answer a script, ns. An idle source answers immediately, a busy one after its firing, which may use its
+/// entire declared time budget: see [`answer_ns`].
 const ANSWER_NS: i64 = 4_000_000_000;
-/// Grace time after this side has found an answer to be late, ns: if both sides were held up, the first one to wake must not decide at
-/// once.
+/// Grace period after this side has found an answer to be late, ns. If both sides were suspended, the first one to wake up must not
+/// decide immediately.
 const LAST_CALL_NS: i64 = 1_000_000_000;
 
-/// Delay of a check from which this side is considered to have been held up itself, ns.
+/// Delay of a check above which this side is considered to have been suspended itself, ns.
 const STOOD_STILL_NS: i64 = 250_000_000;
 
-/// Marks a device as lost. If it is lost together with its processor, nothing else follows: the alarm and the ends are those of the lost
-/// processor.
+/// Marks a device as lost. If it is lost together with its processor, this has no further consequences: the alarm and the ends are those
+/// of the lost processor.
 pub(crate) fn mark_lost(registry: &mut Registry, log: &mut Log, device: &str, message: &str, time_ns: i64) {
     log.add(time_ns, "device", device, format!("device '{device}' was lost: {message}"));
     if let Some(physical) = registry.physical.get_mut(device) {
@@ -32,14 +32,14 @@ pub(crate) fn mark_lost(registry: &mut Registry, log: &mut Log, device: &str, me
     }
 }
 
-/// Returns the time limit for the answer of a source, ns. It is extended so that a block within its declared budget does not make its
-/// source count as lost.
+/// Returns the time limit for the answer of a source, ns. It is extended so that a block within its declared budget does not cause its
+/// source to be considered lost.
 fn answer_ns(core: &Core, source: SourceId) -> i64 {
     let budgets = core.instances.values().filter(|i| i.is_busy()).map(|i| i.budget_ns(source));
     ANSWER_NS.saturating_add(budgets.max().unwrap_or(0))
 }
 
-/// Returns the sources that have not answered yet, each with its deadline, which includes the grace time if that has started.
+/// Returns the sources that have not answered yet, each with its deadline, which includes the grace period if that has started.
 fn awaited(core: &Core) -> impl Iterator<Item = (SourceId, i64)> {
     let asking = core.instances.values().filter(|i| i.work.outstanding > 0);
     asking.flat_map(move |i| {
@@ -81,7 +81,7 @@ fn give_up(core: &mut Core, source: SourceId) {
     processor_lost(core, source, &message);
 }
 
-/// Declares a source lost that no longer runs, or whose processor cannot be reached.
+/// Declares a source lost because it no longer runs or its processor cannot be reached.
 pub(crate) fn processor_lost(core: &mut Core, source: SourceId, message: &str) {
     core.safety.ended_for_good.remove(&source);
     if !core.safety.lost.insert(source) {
@@ -115,8 +115,8 @@ pub(crate) fn processor_lost(core: &mut Core, source: SourceId, message: &str) {
     gone.iter().for_each(|device| mark_lost(&mut core.registry, &mut core.observation.log, device, &message, time_ns));
 }
 
-/// Declares a source lost that runs nothing until the program is restarted and whose thread makes nothing safe. Writes the safe values
-/// that its devices registered for such a case, as the guard would, and reports the outputs that stay unchanged.
+/// Declares a source lost whose thread can neither continue until the program is restarted nor make its devices safe. Writes the safe
+/// values that its devices registered for this case, as the guard would, and reports the outputs that remain unchanged.
 pub(crate) fn give_up_for_good(core: &mut Core, source: SourceId, why: &str, time_ns: i64) {
     let commanded = core.registry.physical.iter().filter(|(_, physical)| physical.source == source && physical.device.is_commanded());
     let [mut safe, mut stay] = [Vec::new(), Vec::new()];
@@ -141,7 +141,7 @@ pub(crate) fn give_up_for_good(core: &mut Core, source: SourceId, why: &str, tim
     core.safety.ended_for_good.insert(source, message);
 }
 
-/// Refuses a plan with a source on a lost processor.
+/// Refuses a plan that uses a source on a lost processor.
 pub(crate) fn refuse_lost_plan(core: &Core, plan: &Plan) -> Result<(), Refusals> {
     match plan.blocks.iter().filter_map(|block| core.registry.sources.get(&block.source)).find(|source| core.safety.lost.contains(source)) {
         None => Ok(()),

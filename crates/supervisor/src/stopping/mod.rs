@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Stops: the emergency stop, age limits, standstills, lost processors, and cut-off programming systems.
+//! Stops: the emergency stop, age limits, suspensions of processes, lost processors, and programming systems that are cut off.
 pub(crate) mod absent_devices;
 pub(crate) mod ages;
 pub(crate) mod cut_off;

@@ -15,14 +15,14 @@ pub(crate) struct Safety {
     pub modes: Modes,
     pub alarms: Alarms,
     pub forces: Forces,
-    /// Sources that did not answer; no wait includes them.
+    /// Sources that did not answer; they are excluded from all waits.
     pub lost: HashSet<SourceId>,
     /// Sources that a test has cut off.
     pub cut_off: HashSet<SourceId>,
     /// Modules in which a signal was caught; they accept no new instances until a reset.
     pub poisoned: HashMap<String, String>,
-    /// End of the last standstill that had an alarm, ns.
+    /// End of the last suspension of the process that raised an alarm, ns.
     pub stood_still_until_ns: Option<i64>,
-    /// Sources that run nothing until the program is restarted, with the reasons.
+    /// Sources that cannot run until the program is restarted, with the reasons.
     pub ended_for_good: HashMap<SourceId, String>,
 }

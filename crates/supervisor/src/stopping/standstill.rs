@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Standstills of whole processes, detected by the first firing after them: a paused virtual machine, a frozen container. The log lists
-//! each source; if no other mechanism took care of the outputs meanwhile, a single alarm states the duration.
+//! Detects that a whole process was suspended (a paused virtual machine, a frozen container), at the first firing after it resumes. The
+//! log gets an entry for each source. If nothing else drove the outputs to a safe state in the meantime, a single alarm reports how long
+//! the process was suspended.
 use crate::alarms::causes::{alarm_returns, raise};
 use crate::alarms::list::{Cause, RaisedAlarm, Severity};
 use crate::core::Core;
@@ -9,7 +10,7 @@ use kernel::SourceId;
 /// Code of the alarm, and of the condition by which motions end after a gap.
 const TIME_LOST: &str = "time_lost";
 
-/// Records that a source was at a standstill until `time_ns`. If several sources were, the first one raises the alarm.
+/// Records that a source was suspended until `time_ns`. If several sources were, the first one raises the alarm.
 pub(crate) fn stood_still(core: &mut Core, source: SourceId, late_ns: i64, is_unattended: bool, time_ns: i64) {
     let name = core.registry.source_name(source).to_owned();
     let text = format!("source '{name}' stood still for {:.1} s (its process or the machine was stopped)", late_ns as f64 * 1e-9);

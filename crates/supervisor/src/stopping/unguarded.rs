@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices that nothing makes safe after their process exits or hangs; reported when such a device is enabled.
+//! Devices that are not made safe when their process exits or hangs; reported when such a device is enabled.
 use device::UNGUARDED_WITHOUT_GUARD;
 use serde_json::Value;
 
-/// Adds to the driver's description of device `name` whether anything makes it safe at its location, with a text for people. `host`:
-/// other host of its process, on which no guard runs.
+/// Adds to the driver's description of device `name` whether the device is made safe at its location, with a human-readable explanation.
+/// `host` is the other host, on which no guard runs, if its process is on one.
 pub(crate) fn describe(name: &str, host: Option<&str>, description: &mut Value) {
     let Some(described) = description.as_object_mut() else { return };
     let without_guard = described.remove(UNGUARDED_WITHOUT_GUARD).is_some_and(|v| v == true);

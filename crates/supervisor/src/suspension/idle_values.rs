@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Idle values of driving outputs, taken when their verb is suspended, and for SVVs also when it ends.
+//! Idle values of driving outputs. Outputs take them when their verb is suspended, and SVVs also when it ends.
 use crate::instances::table::Instances;
 use crate::refuse::refuse;
 use crate::registry::Registry;
@@ -30,9 +30,9 @@ fn driving_channels<'a>(registry: &'a Registry, plan: &'a Plan) -> impl Iterator
     })
 }
 
-/// Returns the driving SVVs that a verb writes, with their idle values: SVVs that a device's own verb reads as commands, that have the
-/// unit of a driving quantity, and whose initial value was 0. An SVV with another initial value is a limit, such as the maximum force of
-/// a gripper, which would otherwise drop its load.
+/// Returns the driving SVVs that a verb writes, with their idle values. These are SVVs that a device's own verb reads as commands, that
+/// have the unit of a driving quantity, and whose initial value is 0. An SVV with a different initial value is a limit, such as the
+/// maximum force of a gripper, which would otherwise drop its load.
 pub(crate) fn idle_svvs(registry: &Registry, instances: &Instances, plan: &Plan) -> Vec<(String, Vec<u8>)> {
     let written = plan.claims.iter().filter_map(|claim| if let Claim::Svv { name, .. } = claim { Some(name) } else { None });
     let begins_at_rest = |svv: &SvvRecord| driving(&svv.unit).is_some() && svv.first.iter().all(|byte| *byte == 0);
@@ -48,7 +48,7 @@ fn commands_a_device(instances: &Instances, name: &str) -> bool {
     })
 }
 
-/// Refuses a verb that declares that it holds its last commands if one of them is a driving output.
+/// Refuses a verb that declares that it holds its last commands, if one of its outputs is a driving output.
 pub(crate) fn check_hold(registry: &Registry, instances: &Instances, plan: &Plan) -> Result<(), Refusals> {
     if plan.suspend != PlannedSuspend::Hold {
         return Ok(());

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Suspension and resumption: running time is held, and continues. A verb declares the behaviour of its actuators meanwhile: driving
-//! outputs (an effort, a speed) take their idle values while all others keep their last commands, all channels take their safe values, or
-//! its blocks come to rest first.
+//! Suspension and resumption: the running time is held, and continues afterwards. A verb declares the behaviour of its actuators in the
+//! meantime: driving outputs (an effort, a speed) take their idle values while all others keep their last commands, all channels take
+//! their safe values, or its blocks first come to rest.
 use crate::instances::course::Course;
 use crate::instances::installed_verb::InstalledVerb;
 use crate::instances::instance::Rest;
@@ -17,7 +17,7 @@ use model::refusal::Refusals;
 
 impl Course<'_> {
     /// Stops the blocks without synchronous inputs and holds the running time. The instance is suspended when the kernels have done so; a
-    /// running step of a command list is completed first.
+    /// running step of a command list is first completed.
     pub fn suspend(&mut self) -> Result<(), Refusals> {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -38,7 +38,7 @@ impl Course<'_> {
         Ok(())
     }
 
-    /// Holds the instance: at once, or after the running sequence.
+    /// Holds the instance: immediately, or after the running sequence.
     pub fn rest(&mut self) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -50,7 +50,7 @@ impl Course<'_> {
         }
     }
 
-    /// Suspends an instance that has come to rest, or whose time for that has expired.
+    /// Suspends an instance that has come to rest, or whose time limit for coming to rest has expired.
     pub fn rest_at_last(&mut self) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -61,7 +61,7 @@ impl Course<'_> {
         }
     }
 
-    /// Cancels the suspension of an instance that was coming to rest, because it ends.
+    /// Cancels the suspension of an instance that was coming to rest, because the instance ends.
     pub fn rise(&mut self) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -73,8 +73,8 @@ impl Course<'_> {
         }
     }
 
-    /// Suspends an instance whose process has been taken: intervals stop first, then the blocks they drive run dry, then the blocks that
-    /// others drive stop.
+    /// Suspends an instance whose process has been taken: first intervals stop, then the blocks that they drive run dry, then the blocks
+    /// driven by others stop.
     pub fn hold(&mut self) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -116,8 +116,8 @@ impl Course<'_> {
         self.append_sequence(builder.finish());
     }
 
-    /// Returns the operations that store the idle values of the SVVs that the instance writes, unless its verb declares that they are
-    /// held.
+    /// Returns the operations that store the idle values of the SVVs that the instance writes, unless its verb declares that it holds
+    /// them.
     fn idle_stores(&mut self) -> Vec<(SourceId, Op)> {
         let Some(plan) = self.core.instances.get(&self.id).map(|instance| instance.plan.clone()) else { return Vec::new() };
         if plan.suspend == PlannedSuspend::HoldLast {
@@ -167,7 +167,8 @@ impl Course<'_> {
 }
 
 impl Course<'_> {
-    /// Resumes an instance suspended by a pause that has ended; an instance still being suspended resumes as soon as it is.
+    /// Resumes an instance suspended by a pause that has ended. If the instance is still being suspended, it resumes as soon as it has
+    /// been.
     pub fn go_on_after_pause(&mut self) {
         let id = self.id;
         let Some(instance) = self.core.instances.get(&id) else { return };

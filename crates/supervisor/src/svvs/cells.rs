@@ -13,25 +13,25 @@ pub(crate) struct SvvRecord {
     pub size: usize,
     /// Initial value. If it is 0 and the SVV commands a device, 0 is its idle value.
     pub first: Vec<u8>,
-    /// Minimum and maximum that the PS may store.
+    /// Range of the values that the PS may store.
     pub within: Option<model::range::Range>,
     /// Cell of the SVV in each image.
     pub cells: BTreeMap<SourceId, Cell>,
-    /// Sources with blocks that read the SVV, with the number of readers.
+    /// Sources with blocks that read the SVV, each with the number of readers.
     pub readers: BTreeMap<SourceId, usize>,
-    /// Source whose cell has the current value; `None` as long as only the PS has stored it.
+    /// Source whose cell contains the current value; `None` as long as only the PS has stored the value.
     pub home: Option<SourceId>,
     /// Ports that may write the SVV: instance, activation, source.
     pub writers: Vec<WriterRecord>,
-    /// Block that writes the SVV now, or wrote it last.
+    /// Block that is currently writing the SVV or was the last to write it.
     pub written_by: Option<BlockId>,
-    /// Number of instances with a port bound to the SVV.
+    /// Number of instances that have a port bound to the SVV.
     pub bound: usize,
-    /// Number and time of the last value, in the image of each source that may write it.
+    /// Number and time of the most recent value, in the image of each source that may write the SVV.
     pub stamps: BTreeMap<SourceId, Cell>,
     /// n if the current writer's port is a ratio output n, otherwise 1.
     pub ratio: u64,
-    /// Windows of its last values that blocks read.
+    /// Windows of the SVV's most recent values that blocks read.
     pub windows: Vec<WindowRecord>,
     pub past: Past,
 }
@@ -41,32 +41,32 @@ pub(crate) struct SvvRecord {
 pub(crate) struct Past {
     /// Number of earlier values available to Python.
     pub history: u32,
-    /// Value that the PS stored last, used while there is no home.
+    /// Value that the PS most recently stored, used as long as there is no home.
     pub stored: Vec<u8>,
     /// Time of `stored`, ns.
     pub stored_ns: i64,
-    /// Rings of the history: the last values stored by blocks, for each source with such blocks.
+    /// Rings of the history: the most recent values stored by blocks, for each source that has such blocks.
     pub rings: BTreeMap<SourceId, Arc<RowsEnd>>,
-    /// Homes of the SVV, oldest first, as far back as the history may reach: the source, and the number of rows that its ring had at the
-    /// time.
+    /// Homes of the SVV, oldest first, as far back as the history may reach: the source, and the number of rows that its ring contained
+    /// at the time.
     pub stays: Arc<Stays>,
-    /// Last values stored by the PS and ψ, oldest first, as far back as the history reaches.
+    /// Most recent values stored by the PS and ψ, oldest first, as far back as the history reaches.
     pub stores: Arc<VecDeque<StoredValue>>,
 }
 
-/// Window of the last values of an SVV that some block reads.
+/// Window of the most recent values of an SVV that some block reads.
 pub(crate) struct WindowRecord {
     /// Number of values.
     pub count: u32,
     /// Window in each image.
     pub cells: BTreeMap<SourceId, Window>,
-    /// Sources with blocks that read the window, with the number of readers.
+    /// Sources with blocks that read the window, each with the number of readers.
     pub readers: BTreeMap<SourceId, usize>,
     /// True if the window has received its initial values.
     pub begun: bool,
 }
 
-/// Homes of an SVV, oldest first: the source, and the number of rows that its ring had at the time.
+/// Homes of an SVV, oldest first: the source, and the number of rows that its ring contained at the time.
 #[derive(Clone, Default)]
 pub(crate) struct Stays(VecDeque<(SourceId, u64)>);
 
@@ -82,7 +82,7 @@ impl Stays {
 pub(crate) struct StoredValue {
     pub time_ns: i64,
     pub bytes: Vec<u8>,
-    /// Number of rows in the ring of its home at the time: these precede the value, even at the same instant.
+    /// Home at the time of the store, and the number of rows in its ring. These rows precede the value, even if they have the same time.
     pub behind: Option<(SourceId, u64)>,
 }
 
@@ -116,7 +116,8 @@ impl SvvRecord {
         cell
     }
 
-    /// Keeps a value that no block wrote, as the current value for images that get the SVV later and as part of its history.
+    /// Keeps a value that was not written by a block, as the current value for images to which the SVV is added later, and as part of its
+    /// history.
     pub fn keep(&mut self, bytes: &[u8], now_ns: i64) {
         self.past.stored = bytes.to_vec();
         self.past.stored_ns = now_ns;
@@ -141,8 +142,8 @@ impl SvvRecord {
         }
     }
 
-    /// Returns the operations that restore the known value in the image of a source that has lost its own; empty if another source is the
-    /// home.
+    /// Returns the operations that restore the known value in the image of a source that has lost its image; empty if another source is
+    /// the home.
     pub fn known_ops(&self, source: SourceId) -> Vec<Op> {
         match self.cells.get(&source) {
             Some(cell) if self.home.is_none_or(|home| home == source) => vec![Op::Store(cell.clone(), self.past.stored.as_slice().into())],
@@ -150,14 +151,14 @@ impl SvvRecord {
         }
     }
 
-    /// Returns the operations that store a value in every image that has the SVV, and in its windows.
+    /// Returns the operations that store a value in every image that contains the SVV, and in its windows.
     pub fn store_ops(&self, bytes: &[u8]) -> Vec<(SourceId, Op)> {
         let stores = self.cells.iter().map(|(source, cell)| (*source, Op::Store(cell.clone(), bytes.into())));
         stores.chain(self.append_ops()).collect()
     }
 }
 
-/// Rows kept in addition to the requested history, so that a copying reader is not overtaken.
+/// Number of rows kept in addition to the requested history, so that a reader that is copying is not overtaken.
 pub(crate) const ROWS_SPARE: usize = 64;
 
 /// Creates the missing stamps of the SVVs that blocks of `source` may write, contiguously.
@@ -175,8 +176,8 @@ pub(crate) fn make_stamps<'a>(svvs: impl IntoIterator<Item = &'a mut SvvRecord>,
     }
 }
 
-/// Creates the cells of several SVVs in one image contiguously if none of them exists yet: an array port bound to them then needs no
-/// gather.
+/// Creates the cells of several SVVs in one image contiguously if none of them exists yet, so that an array port bound to them needs no
+/// gather step.
 pub(crate) fn lay_side_by_side(svvs: &mut [&mut SvvRecord], source: SourceId) {
     let size = svvs.first().map_or(0, |s| s.size);
     if size == 0 || svvs.iter().any(|s| s.size != size || s.cells.contains_key(&source)) {

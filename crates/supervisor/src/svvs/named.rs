@@ -14,10 +14,10 @@ use model::types::Type;
 
 /// A cell that is not an SVV.
 pub(crate) struct NamedCell {
-    /// Source in which its value is produced.
+    /// Source that produces the value.
     pub source: SourceId,
     pub cell: Cell,
-    /// Stamp with the number and time of its last value, and n of its writer's ratio output; `None` if no block writes it.
+    /// Stamp with the number and time of its most recent value, and n of its writer's ratio output; `None` if no block writes it.
     pub stamp: Option<(Cell, u64)>,
     /// Properties of the cell: type, unit, kind, writers, readers.
     pub about: SvvAbout,
@@ -42,7 +42,7 @@ fn about(name: &str, kind: Kind, type_text: &str, unit: &str, [writers, readers]
     })
 }
 
-/// Returns the interface name of a planned cell: its own for an SVV, `device.channel` for a channel, otherwise `INSTANCE:CELL`.
+/// Returns the interface name of a planned cell: the name of the SVV, `device.channel` for a channel, or otherwise `INSTANCE:CELL`.
 pub(crate) fn cell_name(core: &Core, instance: &Instance, cell: &PlannedCell) -> String {
     match &cell.kind {
         CellKind::Svv { name, .. } => name.clone(),
@@ -54,7 +54,7 @@ pub(crate) fn cell_name(core: &Core, instance: &Instance, cell: &PlannedCell) ->
     }
 }
 
-/// Returns the cell with that name, if any.
+/// Returns the cell with this name, if any.
 pub(crate) fn other_cell(core: &Core, name: &str) -> Option<NamedCell> {
     private_cell(core, name).or_else(|| channel_cell(core, name))
 }
@@ -93,7 +93,7 @@ fn channel_cell(core: &Core, name: &str) -> Option<NamedCell> {
     Some(NamedCell { source: record.source, cell: record.device.cell(index), stamp: None, about })
 }
 
-/// Returns the ports that write and read a cell of that name, in all instances.
+/// Returns the ports that write and read a cell with this name, in all instances.
 pub(crate) fn ends_of(core: &Core, name: &str) -> [Vec<String>; 2] {
     let mut ends = [Vec::new(), Vec::new()];
     for instance in core.instances.values() {

@@ -13,7 +13,7 @@ use model::refusal::{Class, Refusals, SourceLocation};
 use model::types::Type;
 use std::collections::BTreeMap;
 
-/// A requested SVV: its specification, and the struct types that its type needs.
+/// A requested SVV: its specification, and the struct types used by its type.
 #[derive(Clone, Debug, serde::Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SvvRequest {
@@ -93,7 +93,7 @@ impl System {
         Ok(())
     }
 
-    /// Deletes an SVV that nothing is bound to.
+    /// Deletes an SVV to which no port is bound.
     pub fn delete_svv(&self, name: &str) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         let name = self.shared.locked().registry.name_of(name)?;
@@ -122,7 +122,7 @@ impl System {
     }
 }
 
-/// Returns the range of an SVV, which must contain its initial value.
+/// Returns the range of an SVV; refuses if it does not contain the initial value.
 fn range_of(name: &str, asked: &SvvSpecification) -> Result<Option<Range>, Refusals> {
     let range = match &asked.within {
         None => return Ok(None),

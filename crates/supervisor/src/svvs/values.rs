@@ -16,15 +16,15 @@ use model::value::Value;
 use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 
-/// Index of an SVV in a snapshot, its size in bytes, and, if a stamp follows, n of its writer's ratio output.
+/// Index of an SVV in a snapshot, its size in bytes, and n of its writer's ratio output if a stamp follows.
 type AskedSvv = (usize, usize, Option<u64>);
 
-/// Index of an SVV in a snapshot, its cell, and its stamp with n of its writer's ratio output.
+/// Index of an SVV in a snapshot, its cell, and its stamp, with n of its writer's ratio output.
 type KnownCell = (usize, Cell, Option<(Cell, u64)>);
 
 /// A snapshot in progress.
 pub(crate) struct Snapshot {
-    /// Ticket of each source queried, and the SVVs requested.
+    /// Ticket of each queried source, and the SVVs requested from it.
     pub asked: Vec<(Ticket, Vec<AskedSvv>)>,
     /// Sources of these tickets.
     pub sources: Vec<SourceId>,
@@ -81,7 +81,7 @@ pub(crate) fn ask_for(core: &mut Core, names: &[String]) -> Result<Snapshot, Ref
     Ok(Snapshot { asked, sources, known })
 }
 
-/// Returns the channel of that name: its device, its record, and its index.
+/// Returns the channel with this name: its device, its record, and its index.
 fn channel<'a>(core: &'a Core, name: &str) -> Option<(&'a str, &'a PhysicalRecord, &'a device::Channel)> {
     core.registry.physical.iter().find_map(|(device, record)| {
         let of = name.strip_prefix(device.as_str())?.strip_prefix('.')?;
@@ -89,7 +89,7 @@ fn channel<'a>(core: &'a Core, name: &str) -> Option<(&'a str, &'a PhysicalRecor
     })
 }
 
-/// Refuses a channel whose device is lost or has not been read yet: its value would not reflect the machine.
+/// Refuses a channel whose device is lost or has not been read yet, because its value would not reflect the machine.
 fn check_channel(core: &Core, name: &str) -> Result<(), Refusals> {
     let Some((device, record, channel)) = channel(core, name) else { return Ok(()) };
     if let Some(lost) = &record.lost {
@@ -109,7 +109,7 @@ fn has_reading(core: &Core, record: &PhysicalRecord) -> bool {
     record.device.standing().read.load(Ordering::Acquire) || core.remote.at(core.registry.source_name(record.source)).is_some()
 }
 
-/// Returns true if every one of these channels that belongs to an open device has a reading.
+/// Returns true if all of these channels that belong to an open device have a reading.
 pub(crate) fn are_read(core: &Core, names: &[String]) -> bool {
     let open = |name: &String| {
         let (name, svv) = core.registry.asked(name).ok()?;
@@ -144,7 +144,7 @@ pub(crate) fn taken(core: &mut Core, snapshot: &Snapshot, count: usize) -> Optio
     Some((time_ns, readings))
 }
 
-/// Returns the refusal of a read that some of its sources did not answer: values can only be read between invocations.
+/// Returns the refusal of a read to which some of its sources did not answer: values can only be read between invocations.
 pub(crate) fn unanswered(core: &Core, snapshot: &Snapshot) -> Refusals {
     let silent = snapshot.asked.iter().zip(&snapshot.sources).find(|((ticket, _), _)| !core.observation.reads.contains_key(ticket));
     let source = silent.map(|(_, source)| *source);
@@ -158,7 +158,7 @@ pub(crate) fn unanswered(core: &Core, snapshot: &Snapshot) -> Refusals {
     )
 }
 
-/// Returns the active blocks of a source, by their names in messages.
+/// Returns the names, for messages, of the active blocks on a source.
 fn blocks_on(core: &Core, source: SourceId) -> Vec<String> {
     let mut found = Vec::new();
     for instance in core.instances.values().filter(|instance| instance.state() == State::Running) {
@@ -170,7 +170,7 @@ fn blocks_on(core: &Core, source: SourceId) -> Vec<String> {
     found
 }
 
-/// Discards the answer to a snapshot whose caller has given up waiting.
+/// Discards the answer to a snapshot whose caller has stopped waiting.
 pub(crate) fn forget_snapshot(core: &mut Core, snapshot: &Snapshot) {
     for (ticket, _) in &snapshot.asked {
         core.observation.reads.remove(ticket);

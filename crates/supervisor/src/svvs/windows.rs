@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Windows: the last values of SVVs and private cells, for blocks with history inputs.
+//! Windows: the most recent values of SVVs and private cells, for blocks with history inputs.
 //!
 //! There is one window for each SVV and number of values that some block reads. It exists in the image of each source that writes or
-//! reads it. The source that is the SVV's home appends to its own; the others receive it with the value, in the asynchronous group of the
-//! pair. A window is created with the first instance that reads it, with all entries set to the current value, and removed with the last.
+//! reads it. The source that is the SVV's home appends to the window in its own image; the others receive it together with the value, in
+//! the asynchronous group of the pair. A window is created with the first instance that reads it, with all entries set to the current
+//! value, and deleted with the last.
 use crate::claims::writers::Pair;
 use crate::svvs::cells::{SvvRecord, WindowRecord};
 use kernel::{Cell, Extent, Op, SourceId, Window};
@@ -42,7 +43,7 @@ impl SvvRecord {
         self.windows[at].cells.entry(source).or_insert_with(|| window(size, count, stored)).clone()
     }
 
-    /// Counts the readers of windows that cell `cell` of a plan has. Returns the pairs whose connections change.
+    /// Counts the readers of the windows of a plan's cell `cell`. Returns the pairs whose connections change.
     pub fn count_windows(&mut self, plan: &Plan, cell: usize, block_source: &[SourceId]) -> Vec<Pair> {
         let mut pairs = Vec::new();
         if self.windows.is_empty() {
@@ -88,13 +89,13 @@ impl SvvRecord {
         self.windows.iter().flat_map(of).collect()
     }
 
-    /// Returns the windows that are sent from one source to another: (cell there, cell here).
+    /// Returns the windows that are sent from one source to another, as (cell in `from`, cell in `to`).
     pub fn crossing_windows(&self, from: SourceId, to: SourceId) -> impl Iterator<Item = (Cell, Cell)> + '_ {
         let read = self.windows.iter().filter(move |window| window.readers.get(&to).is_some_and(|readers| *readers > 0));
         read.filter_map(move |window| Some((window.cells.get(&from)?.cell().clone(), window.cells.get(&to)?.cell().clone())))
     }
 
-    /// Returns the windows that move to another source with their SVV: (cell there, cell here).
+    /// Returns the windows that move to another source together with their SVV, as (cell in `from`, cell in `to`).
     pub fn carried_windows(&self, from: SourceId, to: SourceId) -> impl Iterator<Item = (Cell, Cell)> + '_ {
         self.windows.iter().filter_map(move |window| Some((window.cells.get(&from)?.cell().clone(), window.cells.get(&to)?.cell().clone())))
     }

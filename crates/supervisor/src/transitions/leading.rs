@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Transitions: a condition leads to another command list. The outputs that it returns are read as its list is switched off, and the
-//! report of the end lists the route.
+//! Transitions: a condition leads to another command list. The outputs that the condition returns are read when its list is left, and the
+//! end report lists the route.
 use crate::instances::cause::Cause;
 use crate::instances::course::Course;
 use crate::instances::installed_verb::InstalledVerb;
@@ -8,7 +8,7 @@ use crate::movements::sequence::Builder;
 use kernel::SourceId;
 
 impl Course<'_> {
-    /// Leads on to `list`. The process has been taken.
+    /// Makes the transition to `list`. The process must already have been taken.
     pub fn lead_on(&mut self, cause: &Cause, list: usize) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -24,7 +24,7 @@ impl Course<'_> {
         self.go_from(builder, list, 0);
     }
 
-    /// Follows a kernel that has made the transition in the firing of the condition.
+    /// Follows a kernel that has made the transition in the firing in which the condition occurred.
     pub fn led_on_by_kernel(&mut self, source: SourceId, cause: &Cause, captured: &[u8]) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };

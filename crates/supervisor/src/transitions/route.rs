@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Route of one start through its command lists: the conditions that led on, and the outputs they returned.
+//! Route of one start through its command lists: the conditions that led to another list, and the outputs that they returned.
 use crate::ending::report::PassedList;
 use crate::instances::captures::Captures;
 use crate::instances::cause::Cause;
 use crate::instances::installed_verb::InstalledVerb;
 use std::collections::VecDeque;
 
-/// Maximum number of steps in a report. A verb that cycles for days keeps the last ones.
+/// Maximum number of steps in a report. For a verb that cycles for days, only the last ones are kept.
 const TOLD_MAX: usize = 64;
 
-/// Transitions of one start, in order.
+/// Route of one start: its transitions, in order.
 #[derive(Default)]
 pub(crate) struct Way {
     passed: VecDeque<PassedList>,
-    /// Distinct conditions that led on, by index, in the order of their last occurrence.
+    /// Distinct conditions that led to another list, by index, ordered by their most recent occurrence.
     pub conditions: Vec<usize>,
-    /// Outputs that these conditions return, as they were at the transition.
+    /// Outputs that these conditions return, with their values at the transition.
     pub captures: Captures,
 }
 
 impl Way {
-    /// Records a transition from a list by a condition; values that the condition returned earlier are outdated.
+    /// Records a transition from a list because of a condition; values that the condition returned earlier are discarded as outdated.
     pub fn lead_on(&mut self, of: &InstalledVerb, list: usize, cause: &Cause) {
         let condition = &of.plan.conditions[cause.condition];
         if self.passed.len() == TOLD_MAX {
@@ -38,7 +38,7 @@ impl Way {
         self.captures.expect_nothing();
     }
 
-    /// Returns the steps as listed in a report.
+    /// Returns the steps in the format of a report.
     pub fn told(&self) -> Vec<PassedList> {
         self.passed.iter().cloned().collect()
     }

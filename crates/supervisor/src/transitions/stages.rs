@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Stages and reactions: conditions that each kernel watches while a stage of a command list runs, and the scripts that respond at once.
+//! Stages and reactions: conditions that each kernel watches while a stage of a command list is running, and the scripts that respond
+//! immediately.
 //!
-//! The kernel alone responds to a condition, in the same firing, if everything that the response changes is in the source that reported
-//! it; otherwise the process is frozen there and the supervisor continues.
+//! The kernel responds to a condition on its own, in the same firing, if everything that the response changes is in the source that
+//! reported the condition; otherwise the process is frozen there and the supervisor continues.
 use crate::instances::installed_verb::InstalledVerb;
 use crate::movements::sequence::{Builder, Movement};
 use kernel::{Op, Response, Script, SourceId, Stage, Watch};
@@ -17,17 +18,17 @@ pub(crate) enum Answer {
     End,
 }
 
-/// Maximum size of the output values that a reaction may capture, bytes; a larger end is handled by the supervisor.
+/// Maximum size of the output values that a reaction may capture, bytes; larger ends are handled by the supervisor.
 const CAPTURED_MAX: usize = 64 * 1024;
 
-/// Maximum size for a transition to another list, which may be frequent, bytes.
+/// Maximum size of the output values captured at a transition to another list, which may be frequent, bytes.
 const PASSED_MAX: usize = 4 * 1024;
 
-/// Maximum number of conditions, of a verb and for waits, that a kernel can remember.
+/// Maximum number of conditions, both of a verb and of its waits, for which a kernel has capacity.
 pub(crate) const REMEMBERED_MAX: usize = 64;
 
-/// Returns the kernel's stage while the commands of (list, stage) are being executed. Each stage corresponds to two of the kernel's:
-/// during its commands, awaited conditions are remembered; after them, the wait is reached.
+/// Returns the kernel's stage while the commands of (list, stage) are being executed. Each stage corresponds to two kernel stages: during
+/// its commands, awaited conditions are stored; after them, the wait is reached.
 pub(crate) fn under_way(plan: &Plan, list: usize, stage: usize) -> u16 {
     let before: usize = plan.lists[..list].iter().map(|l| l.stages.len()).sum();
     u16::try_from(2 * (before + stage)).expect("a verb has fewer than 32,768 stages")
@@ -40,7 +41,7 @@ pub(crate) fn reached(plan: &Plan, list: usize, stage: usize) -> u16 {
 
 impl InstalledVerb<'_> {
     /// Returns the consequence of (block, item) in (list, stage): a wait takes precedence, then τ, then the end. `None` if it is not a
-    /// termination condition there.
+    /// termination condition in that stage.
     pub fn answer(&self, list: usize, stage: usize, condition: Option<usize>, reported: Option<(usize, usize)>) -> Option<Answer> {
         let planned = &self.plan.lists[list];
         if let (Some(Wait::Conditions(waits)), Some(reported)) = (&planned.stages[stage].wait, reported)
@@ -66,7 +67,7 @@ impl InstalledVerb<'_> {
         stages
     }
 
-    /// Returns the watch table of a stage, during its commands or after its wait is reached.
+    /// Returns the watch table of a stage, during its commands or after its wait has been reached.
     fn watches(&self, list: usize, stage: usize, under_way: bool) -> Vec<Watch> {
         let awaited = match &self.plan.lists[list].stages[stage].wait {
             Some(Wait::Conditions(waits)) if under_way => waits.as_slice(),
@@ -110,7 +111,7 @@ impl InstalledVerb<'_> {
         watches
     }
 
-    /// Returns the conditions that waits of the verb are for, in order of appearance, and the one that reports that it may be suspended.
+    /// Returns the conditions for which the verb waits, in order of appearance, and the condition that reports that it may be suspended.
     pub fn waited_for(&self) -> Vec<(usize, usize)> {
         let mut found = Vec::new();
         for stage in self.plan.lists.iter().flat_map(|l| &l.stages) {
@@ -142,7 +143,7 @@ impl InstalledVerb<'_> {
         (self.installed.sources.len() == 1).then(|| self.installed.sources[0])
     }
 
-    /// Returns a reaction if everything is in `source`; otherwise the supervisor is notified.
+    /// Returns a reaction if everything that it changes is in `source`, otherwise the response that notifies the supervisor.
     fn response(&self, list: usize, stage: usize, answer: Answer, condition: usize, source: Option<SourceId>) -> Response {
         // A process spread over several sources is handled by the supervisor.
         let Some(source) = source.filter(|_| !self.installed.process.is_spread()) else { return Response::Tell };
@@ -188,7 +189,8 @@ impl InstalledVerb<'_> {
         }
     }
 
-    /// Returns a reaction that reads ω and enters the ending list, if all of that is in `source`; otherwise the supervisor is notified.
+    /// Returns a reaction that reads ω and enters the ending list, if everything that it changes is in `source`; otherwise the response
+    /// that notifies the supervisor.
     fn conclusion(&self, from: (usize, usize), active: &[usize], condition: usize, source: SourceId) -> Response {
         let Some(list) = self.plan.ending.list else { return Response::Tell };
         let outputs = self.concluding_outputs(source, condition);
@@ -217,9 +219,9 @@ impl InstalledVerb<'_> {
         idle || stage.commands.iter().any(|c| matches!(c, PlannedCommand::Ready))
     }
 
-    /// Adds the operations that leave the active blocks and enter a stage: the abort, and the commands, in order. A block that is on in
-    /// both keeps its instance, state and phase. `from`: activations that may be on. `generation`: that of the supervisor, if it makes
-    /// the move.
+    /// Adds the operations that leave the active blocks and enter a stage: the abort, and the commands, in order. A block that is active
+    /// in both stages keeps its instance, state and phase. `from` lists activations that may be active. `generation` is the supervisor's
+    /// generation, if the supervisor makes the move.
     pub fn enter(&self, builder: &mut Builder, from: &[usize], list: usize, stage: usize, generation: Option<u32>) {
         let planned = &self.plan.lists[list].stages[stage];
         let commanded = |a: usize| planned.commands.iter().any(|c| matches!(c, PlannedCommand::Off(off) if *off == a));
@@ -233,8 +235,8 @@ impl InstalledVerb<'_> {
         self.reach(builder, list, stage, generation);
     }
 
-    /// Adds commands in order. Among blocks that are switched on together, those that read values from other sources are switched on
-    /// before anything runs: otherwise a reader would not count a value that arrived before it was on.
+    /// Adds commands in order. Among blocks that are activated together, those that read values from other sources are activated first,
+    /// because otherwise a reader would not count a value that arrived before it was active.
     pub fn commands(&self, builder: &mut Builder, commands: &[PlannedCommand], generation: Option<u32>) {
         let is_on = |command: &PlannedCommand| matches!(command, PlannedCommand::On { .. });
         let takes = |command: &&PlannedCommand| match command {
@@ -255,7 +257,7 @@ impl InstalledVerb<'_> {
         }
     }
 
-    /// Enters the stage; its commands follow.
+    /// Adds the operation that enters the stage, before its commands.
     pub fn open(&self, builder: &mut Builder, list: usize, stage: usize, generation: Option<u32>) {
         if let Some(generation) = generation {
             builder.barrier();
@@ -265,7 +267,7 @@ impl InstalledVerb<'_> {
         builder.barrier();
     }
 
-    /// Ends the commands of the stage: its wait is reached.
+    /// Adds the operation that follows the stage's commands and reaches its wait.
     pub fn reach(&self, builder: &mut Builder, list: usize, stage: usize, generation: Option<u32>) {
         let (from, to) = (under_way(self.plan, list, stage), reached(self.plan, list, stage));
         if let (Some(generation), true) = (generation, from != to) {
@@ -275,7 +277,7 @@ impl InstalledVerb<'_> {
         builder.then(Movement::Entered { list, stage });
     }
 
-    /// Returns the source whose kernel enters the stage: that of its first command.
+    /// Returns the source whose kernel enters the stage: the source of its first command.
     fn stage_source(&self, list: usize, stage: usize) -> SourceId {
         let first = self.plan.lists[list].stages[stage].commands.iter().find_map(|c| match c {
             PlannedCommand::Execute(blocks) | PlannedCommand::Install(blocks) => blocks.first().map(|b| self.installed.block_source[*b]),
@@ -285,7 +287,7 @@ impl InstalledVerb<'_> {
         first.unwrap_or(self.installed.sources[0])
     }
 
-    /// Returns the sources required by a command list: those of the blocks that it switches on or executes, and those that enter its
+    /// Returns the sources required by a command list: those of the blocks that it activates or executes, and those that enter its
     /// stages.
     pub fn needed_by(&self, list: usize) -> Vec<SourceId> {
         let mut needed = Vec::new();
@@ -301,7 +303,7 @@ impl InstalledVerb<'_> {
         needed
     }
 
-    /// Adds one command. Operations after an `execute` act only if it did not end the process.
+    /// Adds one command. Operations after an `execute` take effect only if the `execute` did not end the process.
     fn command(&self, builder: &mut Builder, command: &PlannedCommand, generation: Option<u32>) {
         self.bring(builder, command);
         match command {
@@ -336,8 +338,8 @@ impl InstalledVerb<'_> {
         }
     }
 
-    /// Adds the operations that stop the instance in one source: everything off, its channels safe. They hold no reference to the
-    /// process, so that a process may own them.
+    /// Adds the operations that stop the instance in one source: its activations are switched off, and its channels are made safe. The
+    /// operations hold no reference to the process, so a process may own them.
     pub fn stop_in(&self, builder: &mut Builder, source: SourceId) {
         for (activation, of) in self.installed.activations.iter().zip(&self.installed.activation_source) {
             if *of == source {
@@ -349,7 +351,8 @@ impl InstalledVerb<'_> {
         }
     }
 
-    /// Adds the operations that claim the verb's channels at their devices: values stored by its blocks are output from that firing on.
+    /// Adds the operations that claim the verb's channels at their devices. Starting with that firing, the values stored by its blocks
+    /// are output.
     pub fn engage(&self, builder: &mut Builder) {
         for &source in &self.installed.sources {
             for (device, channels) in self.channels_in(source) {
@@ -377,7 +380,7 @@ impl InstalledVerb<'_> {
     }
 }
 
-/// Returns the operations if they form one script for `source`.
+/// Returns the operations if all of them are for `source` and form a single script.
 fn local(builder: Builder, source: SourceId) -> Option<Vec<Op>> {
     let mut ops = Vec::new();
     for movement in builder.finish() {

@@ -20,14 +20,14 @@ use runtime::Host;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-/// Number of rows that a queue holds while the reader is held up.
+/// Number of rows that a queue can hold while the reader is delayed.
 const QUEUE_DEPTH: usize = 16;
 
-/// Number of rows for an instance that receives values over a network, which may delay them for long and deliver them in bursts: values
-/// that reach the same reader by another path have to wait as long.
+/// Number of rows for an instance that receives values over a network, which may delay them for a long time and deliver them in bursts:
+/// values that reach the same reader by another path must wait equally long.
 const QUEUE_DEPTH_NETWORK: usize = 256;
 
-/// Writer of a queue's member.
+/// Writer of a queue member.
 enum Author {
     Planned(usize),
     /// Activation of another instance, with n of its ratio output.
@@ -39,30 +39,30 @@ struct Member {
     from: Cell,
     to: Cell,
     author: Author,
-    /// n if the writer's output is a ratio output, otherwise 0.
+    /// n of the writer's output if it is a ratio output, otherwise 0.
     author_ratio: u32,
-    /// n of a ratio input, otherwise 0.
+    /// n if it is a ratio input, otherwise 0.
     ratio: u32,
     /// Activation of the plan that reads the member.
     reader: usize,
-    /// SVV of another instance that it carries, if any: that instance may be succeeded by another.
+    /// SVV of another instance that the member carries, if any; that instance may be replaced by another.
     svv: Option<String>,
 }
 
-/// A queue between two sources for one instance, while the instance is installed.
+/// A queue between two sources that belongs to one instance, for as long as the instance is installed.
 pub(crate) struct Queue {
     pair: Pair,
     members: Vec<Member>,
     ends: (End<dyn Sender>, End<dyn Receiver>),
 }
 
-/// Cells of inputs, by (block, item), whose values arrive one by one through a queue: the current value is not always the newest, so it
-/// has a cell of its own.
+/// Cells of inputs, by (block, item), whose values arrive one at a time through a queue. Each has its own cell because the current value
+/// is not always the newest.
 pub(crate) type Delays = HashMap<(usize, usize), Cell>;
 
-/// Makes the queues that a plan needs, or, with `only`, those for SVVs that other instances write. All values of one block of another
-/// instance use one queue: its outputs arrive together, however late. Ratio members have a queue of their own, even within a source,
-/// where they are therefore counted by number.
+/// Creates the queues that a plan needs or, with `only`, those for SVVs that other instances write. All values of one block of another
+/// instance share one queue: its outputs arrive together, however late. Ratio members have their own queue, even within a source, where
+/// the queue serves to count them by number.
 pub(crate) fn queues(
     registry: &Registry,
     host: &Host,
@@ -111,7 +111,7 @@ pub(crate) fn queues(
     members.into_iter().map(|((pair, ..), members)| queue(host, pair, members, depth)).collect()
 }
 
-/// Returns true if an instance spans several hosts, or if one of its queues comes from another host.
+/// Returns true if an instance spans several hosts, or if any of its queues comes from another host.
 fn meets_network(host: &Host, block_source: &[SourceId], mut pairs: impl Iterator<Item = Pair>) -> bool {
     let apart = |one: SourceId, other: SourceId| host.reach(one, other) == Reach::Network;
     block_source.split_first().is_some_and(|(first, others)| others.iter().any(|other| apart(*first, *other))) || pairs.any(|(from, to)| apart(from, to))
@@ -187,7 +187,7 @@ impl Queue {
     }
 }
 
-/// A queue whose reading end has been created.
+/// A queue whose reading end has already been created.
 pub(crate) struct HalfQueue {
     pair: Pair,
     members: Vec<Member>,
@@ -196,7 +196,7 @@ pub(crate) struct HalfQueue {
     inbound: Option<Arc<Inbound>>,
 }
 
-/// Creates the reading ends of the synchronous queues: the gates of an activation must exist before the activation.
+/// Creates the reading ends of the synchronous queues, because the gates of an activation must exist before the activation.
 pub(crate) fn open(queues: Vec<Queue>) -> Vec<HalfQueue> {
     let half = |queue: Queue| {
         let ratio = queue.is_ratio();
@@ -218,7 +218,7 @@ impl HalfQueue {
         self.inbound.iter().flat_map(move |inbound| self.members.iter().enumerate().map(move |(member, of)| gate(inbound, member, of)))
     }
 
-    /// Enters both ends in the tables of their sources.
+    /// Adds both ends to the tables of their sources.
     fn enter(self, wiring: &mut Wiring, instance: u64, installed: &InstalledPlan) {
         let (offsets, _) = lay_out(&self.members);
         let member = |(m, offset): (&Member, usize)| {
@@ -245,7 +245,7 @@ impl HalfQueue {
     }
 }
 
-/// Enters the queues of an instance. Returns the sources whose tables change.
+/// Adds the queues of an instance to the tables. Returns the sources whose tables change.
 pub(crate) fn enter_queues(wiring: &mut Wiring, queues: Vec<HalfQueue>, instance: u64, installed: &InstalledPlan) -> Vec<SourceId> {
     let sources = queues.iter().flat_map(|q| [q.pair.0, q.pair.1]).collect();
     for queue in queues {
@@ -280,7 +280,7 @@ pub(crate) fn crossings(plan: &Plan, installed: &InstalledPlan) -> Vec<Crossing>
 }
 
 impl Wiring {
-    /// Makes new asynchronous groups for these pairs, for the current SVVs and instances. Returns the movements that have to follow: the
+    /// Creates new asynchronous groups for these pairs, for the current SVVs and instances. Returns the movements that must follow: the
     /// new tables of the writers, then the switch of the readers.
     pub fn reconnect(&mut self, host: &Host, registry: &Registry, mut pairs: Vec<Pair>) -> Vec<Movement> {
         pairs.sort();
@@ -311,7 +311,7 @@ impl Wiring {
         vec![Movement::Tables(writers), Movement::Inbound(inlets)]
     }
 
-    /// Returns the members of the asynchronous group of a pair: (cell of the writer, cell of the reader).
+    /// Returns the members of a pair's asynchronous group, as (cell of the writer, cell of the reader).
     fn group(&self, registry: &Registry, writer: SourceId, reader: SourceId) -> Vec<(Cell, Cell)> {
         let svvs = registry.svvs.values().filter(|s| s.home == Some(writer) && s.readers.get(&reader).is_some_and(|n| *n > 0));
         let of_svvs = svvs.flat_map(|s| {

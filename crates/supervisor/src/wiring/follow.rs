@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Drivers of an activation across instances: the current writers of the SVVs that drive its synchronous and ratio inputs. When another
-//! instance starts to write an SVV, its followers are redirected to that one; so a reader outlives its writers.
+//! instance starts to write an SVV, the SVV's followers are redirected to that instance, so a reader can outlive its writers.
 use crate::registry::Registry;
 use crate::wiring::installed::{Gate, InstalledPlan};
 use crate::wiring::ports::mode_of;
@@ -15,7 +15,7 @@ pub(crate) fn driving_svvs(plan: &Plan, block: usize) -> impl Iterator<Item = &s
     external.filter(move |(item, _)| mode_of(plan, block, *item) == Mode::Synchronous).map(|(_, svv)| svv.as_str())
 }
 
-/// Returns the blocks of the same source that drive a block: those of its plan, and those of other instances.
+/// Returns the blocks on the same source that drive a block: those of its plan, and those of other instances.
 pub(crate) fn step_drivers(plan: &Plan, installed: &InstalledPlan, block: usize, registry: &Registry) -> Vec<BlockId> {
     let source = installed.block_source[block];
     let inner = plan.blocks[block].drivers.iter().map(|driver| installed.blocks[*driver].id());
@@ -28,7 +28,8 @@ pub(crate) fn step_drivers(plan: &Plan, installed: &InstalledPlan, block: usize,
     inner.chain(outer).collect()
 }
 
-/// Returns when an activation of a plan is due in the current system. The activations of the plan that drive it already exist.
+/// Returns the rule by which an activation of a plan is due in the current system. The activations of the plan that drive it must already
+/// exist.
 pub(crate) fn due(registry: &Registry, plan: &Plan, activations: &[Arc<Activation>], gates: &[Gate], (index, source): (usize, SourceId)) -> Due {
     let own = |by: &[(usize, u32)]| -> Vec<(Arc<Activation>, u32)> { by.iter().map(|(driver, n)| (activations[*driver].clone(), *n)).collect() };
     match &plan.activations[index].due {
@@ -44,7 +45,8 @@ pub(crate) fn due(registry: &Registry, plan: &Plan, activations: &[Arc<Activatio
     }
 }
 
-/// Returns the activations of other instances in the same source that drive this one; for an SVV without a writer, one that is never on.
+/// Returns the activations of other instances on the same source that drive this one; an SVV without a writer is represented by an
+/// activation that is never active.
 fn outside(registry: &Registry, plan: &Plan, gates: &[Gate], (activation, source): (usize, SourceId)) -> Vec<(Arc<Activation>, u32)> {
     let mut found: Vec<(Arc<Activation>, u32)> = Vec::new();
     for svv in plan.activations[activation].blocks.iter().flat_map(|block| driving_svvs(plan, *block)) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fusing: compiles C blocks that are always due together into one entry from their sources.
+//! Fusing: compiles C blocks that are always due together into one entry point, from their sources.
 use crate::core::Core;
 use crate::system::System;
 use crate::wiring::fusing::Candidate;
@@ -10,16 +10,16 @@ use serde::Serialize;
 use std::collections::HashSet;
 use std::time::{Duration, Instant};
 
-/// Time for which one call continues to compile; the caller repeats the call and may stop in between.
+/// Maximum time for which one call compiles; the caller repeats the call and may stop in between.
 const SLICE: Duration = Duration::from_secs(1);
 
 /// Groups of fused blocks, and blocks that are not fused.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FusedBlocks {
-    /// True if tables use the available entries, including those of future instances.
+    /// True if tables use the available entry points, including those of future instances.
     pub on: bool,
-    /// Number of groups not compiled yet, with which `fuse` continues.
+    /// Number of groups that have not been compiled yet, with which `fuse` continues.
     pub waiting: u32,
     /// Groups of blocks, identified by their sources.
     pub groups: Vec<FusedGroup>,
@@ -27,34 +27,34 @@ pub struct FusedBlocks {
     pub single: Vec<SingleBlock>,
 }
 
-/// Consecutive blocks that are always due together and of which some read values stored by others.
+/// Consecutive blocks that are always due together, some of which read values stored by others.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FusedGroup {
-    /// Interrupt source that fires them.
+    /// Interrupt source on which the blocks run.
     pub source: String,
-    /// `instance.label`, in execution order.
+    /// Labels of the blocks, as `instance.label`, in execution order.
     pub blocks: Vec<String>,
-    /// True if the group runs by one entry.
+    /// True if the group runs through one entry point.
     pub fused: bool,
-    /// Reason why the group has no entry.
+    /// Reason why the group has no entry point.
     pub why: Option<String>,
 }
 
-/// A block that runs on its own.
+/// A block that runs separately.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SingleBlock {
-    /// `instance.label`.
+    /// Label of the block, as `instance.label`.
     pub block: String,
     /// Reason why the block cannot be fused.
     pub why: String,
 }
 
 impl System {
-    /// Fuses the installed blocks, and future ones of the same kind with the same wiring; with `on` false undoes it. Everything keeps
-    /// running, and the results are bit-identical. Returns after about a second; if some groups are still `waiting` to be compiled, call
-    /// it again. A group that cannot be compiled runs block by block, as before; the answer states why.
+    /// Fuses the installed blocks, and future ones of the same kind with the same wiring; undoes this if `on` is false. Everything keeps
+    /// running, and the results are bit-identical. Returns after about a second; call it again if some groups are still `waiting` to be
+    /// compiled. A group that cannot be compiled runs block by block, as before; the answer contains the reason.
     ///
     /// # Errors
     /// Fails if the system is closed.
@@ -86,7 +86,7 @@ impl System {
         Ok(self.fused())
     }
 
-    /// Returns the groups of fused blocks, and the blocks that are not fused, with the reason.
+    /// Returns the groups of fused blocks, and the blocks that are not fused, with the reasons.
     pub fn fused(&self) -> FusedBlocks {
         let core = self.shared.locked();
         let fusing = &core.wiring.fusing;
@@ -123,12 +123,12 @@ fn candidates(core: &Core) -> Vec<(SourceId, Candidate)> {
     here.flat_map(|(source, table)| table.candidates().into_iter().map(move |candidate| (source, candidate))).collect()
 }
 
-/// Returns the groups among these that have not been compiled.
+/// Returns those of these groups that have not been compiled yet.
 fn waiting(core: &Core, among: &[(SourceId, Candidate)]) -> HashSet<Vec<Member>> {
     among.iter().map(|(_, candidate)| &candidate.members).filter(|members| core.wiring.fusing.made(members).is_none()).cloned().collect()
 }
 
-/// Rebuilds the tables of the sources with groups like these.
+/// Rebuilds the tables of the sources whose groups satisfy `of`.
 fn renew(core: &mut Core, of: impl Fn(&Candidate) -> bool) {
     let mut sources: Vec<SourceId> = candidates(core).iter().filter(|(_, candidate)| of(candidate)).map(|(source, _)| *source).collect();
     sources.dedup();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fused groups of blocks: the available entries, and whether tables use them.
+//! Fused groups of blocks: the available entry points, and whether tables use them.
 use kernel::{Block, Table};
 use modules::fused::{Member, NotFused};
 use opengpac::bank::Bank;
@@ -7,22 +7,22 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Entries by their members: a group that recurs, in another instance or later, already has its entry.
+/// Entry points by group members: if a group recurs, in another instance or at a later time, its entry point already exists.
 #[derive(Default)]
 pub(crate) struct Fusing {
     pub is_on: bool,
     made: HashMap<Vec<Member>, Result<Bank, NotFused>>,
 }
 
-/// Blocks of one source that are, or could be, fused.
+/// Blocks on one source that are or could be fused.
 pub(crate) struct Candidate {
-    /// `instance.label`, in order.
+    /// Labels of the blocks, as `instance.label`, in order.
     pub blocks: Vec<String>,
     pub members: Vec<Member>,
 }
 
 impl Fusing {
-    /// Sets whether tables use the entries; compilations that failed are tried again.
+    /// Sets whether tables use the entry points; compilations that failed are retried.
     pub fn switch(&mut self, on: bool) {
         self.is_on = on;
         self.made.retain(|_, made| made.is_ok());
@@ -32,12 +32,12 @@ impl Fusing {
         self.made.insert(members, made);
     }
 
-    /// Returns the entry of a group, or the reason why there is none; `None` if it has not been compiled yet.
+    /// Returns the entry point of a group, or the reason why there is none; `None` if the group has not been compiled yet.
     pub fn made(&self, members: &[Member]) -> Option<&Result<Bank, NotFused>> {
         self.made.get(members)
     }
 
-    /// Returns the table with the entries of its groups.
+    /// Returns the table with the entry points of its groups.
     pub fn fuse(&self, table: Table) -> Table {
         if self.is_on { table.fused(|blocks| self.entries(blocks)) } else { table }
     }
@@ -48,7 +48,7 @@ impl Fusing {
     }
 }
 
-/// Returns the groups of a table, whether they are fused or not.
+/// Returns the groups of a table, whether fused or not.
 pub(crate) fn candidates(table: Table) -> Vec<Candidate> {
     let mut found = Vec::new();
     let _ = table.fused(|blocks| {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Homes of cells that blocks of several sources write one after the other: the source of the block that is on. Before such a block runs,
-//! the cell is moved to its source: value, number, time and windows are carried there, and readers in other sources switch to it.
+//! Homes of cells that are written by blocks of several sources, one after the other: the source of the active block. Before such a block
+//! runs, the cell is moved to its source: value, number, time and windows are carried there, and readers in other sources switch to it.
 use crate::wiring::installed::Homes;
 use kernel::SourceId;
 use model::plan::{Plan, PlannedCommand};
@@ -14,7 +14,7 @@ pub(crate) fn first_homes(plan: &Plan, block_source: &[SourceId]) -> Homes {
     plan.cells.iter().enumerate().filter_map(home).collect()
 }
 
-/// Returns the (block, item) that writes a planned cell while a reader is on, or else the first writer.
+/// Returns the (block, item) that writes a planned cell while a reader is active, or else the first writer.
 pub(crate) fn writer_for(plan: &Plan, cell: usize, reader: usize) -> Option<(usize, usize)> {
     let writers = &plan.cells[cell].writers;
     if let [] | [_] = writers[..] {
@@ -35,7 +35,7 @@ pub(crate) fn run_by(plan: &Plan, command: &PlannedCommand) -> Vec<usize> {
     }
 }
 
-/// Returns the (block, item) that writes a planned cell first when a plan begins, or else the first of its writers.
+/// Returns the (block, item) that is the first to write a planned cell when a plan begins, or else the first of its writers.
 pub(crate) fn first_writer(plan: &Plan, cell: usize) -> Option<(usize, usize)> {
     let writers = &plan.cells[cell].writers;
     if let [] | [_] = writers[..] {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Installation of a plan: memory in the image of each source, blocks with their addresses, activations. Nothing of it runs yet, and
-//! running instances are not disturbed; a failed installation leaves nothing behind.
+//! Installation of a plan: memory in the image of each source, blocks with their addresses, activations. Blocks of the plan do not run
+//! yet, and running instances are not disturbed; a failed installation leaves nothing behind.
 use crate::definitions::catalog::Catalog;
 use crate::numbers::Numbers;
 use crate::refuse::refuse;
@@ -38,14 +38,14 @@ impl Layout {
 struct Places {
     stamps: Vec<usize>,
     cells: Vec<Vec<(SourceId, usize)>>,
-    /// Own cells of each block, as (item, offset): gather cells of array ports, and delay cells of ratio inputs.
+    /// Cells owned by each block, as (item, offset): gather cells of array ports, and delay cells of ratio inputs.
     own: Vec<Vec<(usize, usize)>>,
     blocks: Vec<usize>,
     extents: BTreeMap<SourceId, Arc<Extent>>,
 }
 
 impl Places {
-    /// Returns the own cell of block `block` for an item.
+    /// Returns the cell owned by block `block` for an item.
     fn own(&self, site: &Site, block: usize, item: usize, size: usize) -> Cell {
         let offset = self.own[block].iter().find(|(i, _)| *i == item).expect("laid out before").1;
         self.extents[&site.block_source[block]].cell(offset, size)
@@ -58,11 +58,11 @@ struct Site<'a> {
     catalog: &'a Catalog,
     block_source: Vec<SourceId>,
     activation_source: Vec<SourceId>,
-    /// Inputs that receive values one by one through a queue: (block, item).
+    /// Inputs that receive values one at a time through a queue: (block, item).
     queued: HashSet<(usize, usize)>,
 }
 
-/// Puts a plan into memory, with the queues for its synchronous inputs from other sources (not yet entered in any table).
+/// Installs a plan in memory, with the queues for its synchronous inputs from other sources (which are not in any table yet).
 pub(crate) fn install(
     registry: &mut Registry,
     host: &Host,
@@ -133,7 +133,7 @@ fn own_stamps(site: &Site) -> BTreeMap<usize, BTreeMap<SourceId, Cell>> {
     site.plan.cells.iter().enumerate().filter(several).map(|(index, cell)| (index, cell.writers.iter().map(stamp).collect())).collect()
 }
 
-/// Creates the activations, each with its due rule. In a plan, activations that drive others come first.
+/// Creates the activations, each with the rule by which it is due. In a plan, activations that drive others come first.
 fn make_activations(registry: &Registry, site: &Site, stamps: &[Cell], gates: &[Gate]) -> Vec<Arc<Activation>> {
     let mut activations: Vec<Arc<Activation>> = Vec::with_capacity(stamps.len());
     for (index, planned) in site.plan.activations.iter().enumerate() {
@@ -188,8 +188,8 @@ fn lay_out(site: &Site) -> Places {
     Places { stamps, cells, own, blocks, extents }
 }
 
-/// Returns the inputs that receive values one by one through a queue: ratio inputs, and synchronous ones whose writer runs in another
-/// source.
+/// Returns the inputs that receive values one at a time through a queue: ratio inputs, and synchronous inputs whose writer runs on
+/// another source.
 fn queued(registry: &Registry, plan: &Plan, block_source: &[SourceId]) -> HashSet<(usize, usize)> {
     let mut queued = HashSet::new();
     for (index, block) in plan.blocks.iter().enumerate() {
@@ -218,7 +218,7 @@ fn writer_source(registry: &Registry, plan: &Plan, block_source: &[SourceId], (c
     }
 }
 
-/// Creates the cells of inputs that receive values one by one.
+/// Creates the cells of inputs that receive values one at a time.
 fn delays(site: &Site, places: &Places) -> Delays {
     let mut delays = Delays::new();
     for (index, block) in site.plan.blocks.iter().enumerate() {
@@ -269,7 +269,7 @@ fn make_cells(registry: &mut Registry, site: &Site, places: &Places) -> Vec<BTre
     cells
 }
 
-/// Lays out contiguously the SVVs that an array port reads, if they are new in that image.
+/// Lays out the SVVs that an array port reads contiguously, if they are new in that image.
 fn lay_out_svvs(registry: &mut Registry, site: &Site, list: &[usize], source: SourceId) {
     let names: Option<Vec<&str>> = list
         .iter()
@@ -290,7 +290,7 @@ fn lay_out_svvs(registry: &mut Registry, site: &Site, list: &[usize], source: So
 
 type Copies = Vec<(Cell, Cell)>;
 
-/// Copies that an installation needs around its blocks.
+/// Copies that an installation requires around its blocks.
 struct Copying {
     before: Vec<Copies>,
     after: Vec<Copies>,
@@ -344,7 +344,7 @@ fn make_blocks(
     blocks
 }
 
-/// Pairs each part with its piece of the whole.
+/// Pairs each part with the corresponding piece of the whole.
 fn pair_up(whole: Cell, parts: Vec<Cell>, mut pair: impl FnMut(Cell, Cell)) {
     let mut offset = 0;
     for part in parts {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Plan in memory: locations of its blocks, cells and connections.
+//! A plan in memory: locations of its blocks, cells and connections.
 use kernel::{Activation, Block, Cell, Inbound, Process, SourceId, Window};
 use model::interface::Interface;
 use model::plan::Plan;
@@ -12,9 +12,9 @@ pub(crate) type Homes = BTreeMap<usize, SourceId>;
 /// Windows that the blocks of an instance read: (planned cell, number of values) → window in each image.
 pub(crate) type Windows = BTreeMap<(usize, u32), BTreeMap<SourceId, Window>>;
 
-/// A member of a queue that an activation of the plan waits for.
+/// A queue member for which an activation of the plan waits.
 pub(crate) struct Gate {
-    /// SVV of another instance, if the member is one.
+    /// SVV of another instance, if the member carries one.
     pub svv: Option<String>,
     pub activation: usize,
     pub inbound: Arc<Inbound>,
@@ -23,7 +23,7 @@ pub(crate) struct Gate {
 
 /// A plan in memory.
 pub(crate) struct InstalledPlan {
-    /// Sources with blocks of the plan, in the plan's order.
+    /// Sources that have blocks of the plan, in the plan's order.
     pub sources: Vec<SourceId>,
     /// Blocks, by planned block.
     pub blocks: Vec<Arc<Block>>,
@@ -32,7 +32,7 @@ pub(crate) struct InstalledPlan {
     /// Activations, by planned activation.
     pub activations: Vec<Arc<Activation>>,
     pub activation_source: Vec<SourceId>,
-    /// Number and time of the last invocation of each activation.
+    /// Number and time of each activation's last invocation.
     pub stamps: Vec<Cell>,
     /// Cells, by planned cell, one per image.
     pub cells: Vec<BTreeMap<SourceId, Cell>>,
@@ -40,15 +40,15 @@ pub(crate) struct InstalledPlan {
     /// Copies before and after each block.
     pub before: Vec<Vec<(Cell, Cell)>>,
     pub after: Vec<Vec<(Cell, Cell)>>,
-    /// Cells of inputs that receive values one by one: (source, block, item, cell).
+    /// Cells of inputs that receive values one at a time: (source, block, item, cell).
     pub delays: Vec<(SourceId, usize, usize, Cell)>,
-    /// Locations of cells that blocks of several sources write.
+    /// Locations of cells that are written by blocks of several sources.
     pub homes: Homes,
-    /// Stamps of private cells that several blocks write, in each image, as for SVVs.
+    /// Stamps of private cells that several blocks write, in each image, in the same way as for SVVs.
     pub own_stamps: BTreeMap<usize, BTreeMap<SourceId, Cell>>,
-    /// Windows that its blocks read.
+    /// Windows that the plan's blocks read.
     pub windows: Windows,
-    /// Gates that its data-driven activations wait for.
+    /// Gates for which the plan's data-driven activations wait.
     pub gates: Vec<Gate>,
 }
 
@@ -60,7 +60,7 @@ impl InstalledPlan {
 }
 
 impl InstalledPlan {
-    /// Returns the source in which a planned cell is currently written, or that of a reader if nothing writes it.
+    /// Returns the source in which a planned cell is currently written, or that of a reader if no block writes it.
     pub fn home(&self, plan: &Plan, cell: usize) -> Option<SourceId> {
         let planned = &plan.cells[cell];
         let first = || planned.writers.first().or(planned.readers.first()).map(|(block, _)| self.block_source[*block]);

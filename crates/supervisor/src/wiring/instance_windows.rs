@@ -7,8 +7,8 @@ use kernel::{Cell, SourceId};
 use model::plan::{CellKind, Plan};
 use std::collections::BTreeMap;
 
-/// Creates the windows that a plan needs: for private cells in separate memory, for SVVs at their locations. An SVV that the plan writes
-/// gets its windows in the writer's image too.
+/// Creates the windows that a plan needs: for private cells in separate memory, for SVVs at their locations. If the plan writes an SVV,
+/// the SVV's windows are also created in the writer's image.
 pub(crate) fn make_windows(registry: &mut Registry, plan: &Plan, block_source: &[SourceId], cells: &[BTreeMap<SourceId, Cell>]) -> Windows {
     let mut windows = Windows::new();
     for ((cell, count), mut sources) in asked(plan, block_source) {

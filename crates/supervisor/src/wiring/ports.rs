@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Plan of a single port.
+//! Planned properties of a single port.
 use model::interface::Mode;
 use model::plan::{Binding, Plan};
 

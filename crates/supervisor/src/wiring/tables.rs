@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Blocks of each source in the supervisor's records, and the tables made from them.
+//! Blocks of each source, as recorded by the supervisor, and the tables built from them.
 use crate::claims::writers::Pair;
 use crate::movements::sequence::{Inlet, Serial};
 use crate::wiring::fusing::{Candidate, Fusing, candidates};
@@ -10,7 +10,7 @@ use runtime::Host;
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
-/// A step of an installed instance, in the order of a firing.
+/// A step of an installed instance, in firing order.
 pub(crate) struct StepRecord {
     pub instance: u64,
     pub id: BlockId,
@@ -18,22 +18,22 @@ pub(crate) struct StepRecord {
     /// Copies before and after the invocation: gathers and scatters.
     pub before: Vec<(Cell, Cell)>,
     pub after: Vec<(Cell, Cell)>,
-    /// Windows to which its stored values are appended.
+    /// Windows to which the values stored by the step are appended.
     pub appends: Vec<Append>,
-    /// SVVs that it stores.
+    /// SVVs that the step stores.
     pub stamped: Vec<StampedValue>,
     pub activation: Arc<Activation>,
     pub process: Arc<Process>,
-    /// Blocks of the same source that drive it synchronously.
+    /// Blocks on the same source that drive the step synchronously.
     pub drivers: Vec<BlockId>,
 }
 
 /// An outbound connection of a source.
 pub(crate) struct Outlet {
     pub reader: SourceId,
-    /// Instance whose synchronous members it carries; `None` for the asynchronous group of the pair.
+    /// Instance whose synchronous members the connection carries; `None` for the asynchronous group of the pair.
     pub instance: Option<u64>,
-    /// SVVs of other instances that it carries.
+    /// SVVs of other instances that the connection carries.
     pub svvs: Vec<String>,
     pub outbound: Arc<Outbound>,
 }
@@ -57,10 +57,10 @@ pub(crate) struct SourceTable {
     pub edges: Vec<(String, Arc<Edge>)>,
 }
 
-/// A cell whose value is sent asynchronously: its pair, the cell of the writer, the cell of the reader.
+/// A cell whose value is sent asynchronously: its pair, the writer's cell, and the reader's cell.
 pub(crate) type Crossing = (Pair, Cell, Cell);
 
-/// Blocks of each source, and the connections between sources.
+/// Blocks of each source, and connections between sources.
 #[derive(Default)]
 pub(crate) struct Wiring {
     pub tables: BTreeMap<SourceId, SourceTable>,
@@ -73,7 +73,7 @@ pub(crate) struct Wiring {
 }
 
 impl Wiring {
-    /// Releases the carriers of connections after the kernels have ended.
+    /// Releases the carriers of connections after the kernels have exited.
     pub fn sever(&self, host: &Host) {
         for table in self.tables.values() {
             host.sever(table.inlets.iter().map(|inlet| &*inlet.inbound), table.outlets.iter().map(|outlet| &*outlet.outbound));
@@ -82,7 +82,7 @@ impl Wiring {
 }
 
 impl SourceTable {
-    /// Returns the current table, without the rings of taps.
+    /// Builds the current table, without the rings of taps.
     fn build(&self) -> Table {
         let mut index_of: HashMap<BlockId, u32> = HashMap::with_capacity(self.steps.len());
         let mut steps: Vec<Step> = Vec::with_capacity(self.steps.len());
@@ -116,12 +116,14 @@ impl SourceTable {
 }
 
 impl Wiring {
-    /// Returns an operation that replaces the table of `source` by one for the current state of the system; `rows`: rings read by taps.
+    /// Returns an operation that replaces the table of `source` with one for the current state of the system; `rows` contains the rings
+    /// read by taps.
     pub fn table_op(&self, source: SourceId, rows: impl IntoIterator<Item = Rows>) -> Op {
         Op::Table(Box::new(self.fusing.fuse(self.tables[&source].build()).with_rows(rows)))
     }
 
-    /// Replaces the reading end of an asynchronous group by this one. An end superseded by a later connection of the pair is dropped.
+    /// Replaces the reading end of an asynchronous group with this one. An end that has been superseded by a later connection of the pair
+    /// is dropped.
     pub fn adopt(&mut self, inlet: Inlet) {
         if self.latest.get(&(inlet.writer, inlet.reader)) != Some(&inlet.serial) {
             return;

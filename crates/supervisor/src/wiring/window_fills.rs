@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Filling of an instance's windows at its start, and appending of its blocks' values.
+//! Fills an instance's windows at its start, and appends the values of its blocks to them.
 use crate::instances::instance::Instance;
 use crate::svvs::cells::SvvRecord;
 use kernel::{Append, Op, SourceId, Window};
@@ -7,7 +7,7 @@ use model::interface::Mode;
 use model::plan::CellKind;
 
 impl Instance {
-    /// Returns the operations that, at a start, set all values in the windows of private cells to the cell's initial value.
+    /// Returns the operations that, at a start, set all values in the windows of a private cell to the initial value of the cell.
     pub fn fill_ops(&self) -> Vec<(SourceId, Op)> {
         let mut ops = Vec::new();
         for ((cell, _), windows) in &self.installed.windows {
@@ -21,8 +21,8 @@ impl Instance {
         ops
     }
 
-    /// Returns the operations that append a value stored by ψ in a private cell to its windows: where the cell is written, or in every
-    /// image if nothing writes it.
+    /// Returns the operations that append a value stored by ψ in a private cell to the cell's windows: where the cell is written, or in
+    /// every image if no block writes it.
     pub fn append_ops(&self, cell: usize) -> Vec<(SourceId, Op)> {
         let writer = self.installed.home(&self.plan, cell).filter(|_| !self.plan.cells[cell].writers.is_empty());
         let windows = self.installed.windows.range((cell, 0)..=(cell, u32::MAX)).flat_map(|(_, windows)| windows);

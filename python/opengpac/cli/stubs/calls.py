@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Types of a verb's calls: those of its parameters, and those of its report."""
+"""Types of a verb's calls: its parameters and its report."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NUMBER, _WHOLE = {"float", "double"}, re.compile(r"u?int(8|16|32|64)_t")
 
 
 def verb_class(name: str, verb: Verb[..., Any]) -> list[str]:
-    """Returns the class of a verb in a stub, and the class of its reports; the three ways to call it share its parameters."""
+    """Returns the class of a verb in a stub, and the class of its reports; the three invocation modes share the parameters."""
     report = f"{name}_Report"
     lines = [f"class {report}(_gpac.Report):"]
     outputs = {verb.reported(key): _got(_item(verb, target[0])) for key, target in verb.output_values.items()}
@@ -59,7 +59,7 @@ def _parameters(verb: Verb[..., Any], signature: inspect.Signature) -> list[str]
 
 
 def _required_first(texts: list[str]) -> list[str]:
-    """Inserts a `*` before the first optional parameter if a required one follows, as Python demands."""
+    """Inserts a `*` before the first optional parameter if a required one follows, because Python does not allow that order."""
     first = next((n for n, text in enumerate(texts) if text.endswith(" = ...")), len(texts))
     late = any(not text.endswith(" = ...") for text in texts[first:])
     return [*texts[:first], "*", *texts[first:]] if late else texts
@@ -106,7 +106,7 @@ def _scalar(text: str, number: str) -> str:
 
 
 def _item(verb: Verb[..., Any], name: str) -> Item | None:
-    """Returns the block's item that `label.item` names, through graphs."""
+    """Returns the block item to which `label.item` refers, including items within graphs."""
     for label in sorted(verb.blocks, key=len, reverse=True):
         if name.startswith(f"{label}."):
             return _inner(verb.blocks[label].block, name[len(label) + 1 :])

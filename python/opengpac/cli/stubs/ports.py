@@ -10,7 +10,7 @@ from ...python import PythonBlock
 
 
 def block_class(name: str, block: Block) -> list[str]:
-    """Returns the classes of a block in a stub. A type checker reports ports that it does not have."""
+    """Returns the classes of a block in a stub; a type checker reports ports that the block does not have."""
     items = {n: item for n, item in block.items.items() if n.isidentifier() and not keyword.iskeyword(n)}
     constant = [n for n, item in items.items() if item.kind in ("parameter", "size", "input", "condition")]
     taken = "".join(f", {n}: _Any = ..." for n in constant if n not in ("self", "steps", "every"))

@@ -65,7 +65,7 @@ def _statement(statement: ast.stmt, names: Mapping[str, Any], made: dict[str, li
 
 
 def _function(function: ast.FunctionDef | ast.AsyncFunctionDef, value: Any) -> list[str]:
-    """Returns the signature of a function; a verb stays a verb, with the function's parameters."""
+    """Returns the signature of a function. For a verb, keeps the verb's own class, with the function's parameters."""
     head = ast.unparse(_bare(function))
     if isinstance(value, Verb):
         return ["@_gpac.verb(blocks={}, command_lists={})", *head.splitlines(), ""]
@@ -109,7 +109,7 @@ def _class(found: ast.ClassDef, indent: str) -> list[str]:
 
 
 def _bound(name: str, value: Any) -> list[str]:
-    """Returns the declaration of a bound name, by its present value."""
+    """Returns the declaration of a bound name, inferred from its current value."""
     if isinstance(value, Verb):
         return [*verb_class(f"_{name}", value), f"{name}: _{name}_Verb"]
     if isinstance(value, Block):

@@ -15,7 +15,7 @@ from .trees import Definition, Tree
 class DefinitionFile(Mapping[str, Any]):
     """Contents of a definition file: `shapes["smooth"]` or `shapes.smooth` is a graph, a verb that can be called, or a device type.
 
-    Made by `gpac.load`. Raises `UnknownName` for a name that the file does not define. `description` is the file's description,
+    Returned by `gpac.load`. Raises `UnknownName` for a name that the file does not define. `description` is the file's description,
     `path` its location, and `modules` its code modules: name → file.
     """
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks that a tree has the form of a definition file, as defined by the committed schema, which is generated from the model's types.
+"""Checks that a tree conforms to the format of definition files: the committed schema, which is generated from the model's types.
 
-Only the features of JSON Schema that this schema uses are implemented.
+Implements only the features of JSON Schema that this schema uses.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def schema() -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Finding:
-    """Fault at a path of the tree."""
+    """Violation at a path of the tree."""
 
     kind: type[Error]
     path: Path
@@ -40,7 +40,7 @@ class Finding:
 
 
 def findings(tree: Any) -> list[Finding]:
-    """Finds everything in a tree that violates the form; for another format or version it reports only that."""
+    """Finds every violation of the format in a tree; if the format or version is wrong, reports only that."""
     if isinstance(tree, dict):
         given = tree.get("format")
         if given != FORMAT:
@@ -142,7 +142,7 @@ def _check_time(value: str, path: Path) -> Iterator[Finding]:
 
 
 def _check_one_of(value: Any, variants: list[Schema], path: Path) -> Iterator[Finding]:
-    """Checks a value against several variants; if none fits, yields the findings for the most likely one."""
+    """Checks a value against several variants. If none matches, yields the findings for the most likely one."""
     flat = [*_flat(variants)]
     fitting = [of for of in flat if _fits_kind(value, of)]
     if not fitting:
@@ -183,7 +183,7 @@ def _flat(variants: list[Schema]) -> Iterator[Schema]:
 
 
 def _tagged(value: dict[str, Any], of: Schema) -> bool:
-    """Returns whether any property with only one possible value has it."""
+    """Returns whether the value has a property for which the schema allows only a single value."""
     return any(
         "const" in inner and value.get(name) == inner["const"]
         for name, inner in of.get("properties", {}).items()
@@ -234,6 +234,6 @@ def _wrong_kind(value: Any, kinds: list[str], path: Path) -> Finding:
 
 
 def _at(path: Path) -> str:
-    """Returns the name of a part of the file for messages: `verbs.move.command_lists.start[2]`."""
+    """Returns the name of a part of the file, for use in messages: `verbs.move.command_lists.start[2]`."""
     text = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path)
     return f"'{text.lstrip('.')}'" if text else "the file"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Graphs, verbs and device types made from a file: ordinary values whose lines are those of the file."""
+"""Graphs, verbs and device types created from a file: ordinary values whose source lines are lines of the file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Origin:
         self.file, self._lines, self.path = file, lines, path
 
     def place(self, *part: str | int) -> Place:
-        """Returns the place of a part of the definition, or of the whole definition."""
+        """Returns the location of a part of the definition, or of the whole definition."""
         if part[:1] == ("command_lists",) and (*self.path, *part[:2], "commands") in self._lines:
             part = (*part[:2], "commands", *part[2:])
         return Place(self.file, line_at(self._lines, (*self.path, *part)))
@@ -46,7 +46,7 @@ class LoadedVerb(Verb[..., Any]):
         return self._origin.place()
 
     def json(self) -> dict[str, Any]:
-        """Returns the model's form, with the lines of its lists and transitions."""
+        """Returns the definition in the model's format, with the lines of its lists and transitions."""
         made: dict[str, Any] = {**super().json(), "ending_limit_ns": self._limit_ns}
         for name, given in made["command_lists"].items():
             given["place"] = self._origin.place("command_lists", name).json()
@@ -56,7 +56,7 @@ class LoadedVerb(Verb[..., Any]):
 
 
 def placed(kind: str, tree: dict[str, Any], origin: Origin) -> dict[str, Any]:
-    """Returns the tree of a definition with the places that the model shows in its refusals."""
+    """Returns the tree of a definition with the source locations that the model shows in refusals."""
     made = {**tree, "place": origin.place().json()}
     for section in ("blocks", "input_parameters", "requires", "command_lists", "conditions"):
         if section in tree:

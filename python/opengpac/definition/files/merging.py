@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Merges changes into a TOML text that a person has edited: unchanged parts keep their form, including comments and order."""
+"""Merges changes into hand-edited TOML text; unchanged parts keep their formatting, including comments and order."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def _holds(text: str, trees: Mapping[str, Mapping[str, Tree]]) -> bool:
 
 
 def _anew(text: str, tree: Tree, head: Tree, trees: Mapping[str, Mapping[str, Tree]]) -> str:
-    """Returns the text with old definitions replaced as a whole, for changes that cannot be made line by line."""
+    """Replaces old definitions as a whole, and returns the text. Used for changes that cannot be made line by line."""
     document = tomlkit.parse(text)
     for key, value in head.items():
         document[key] = _item(value)
@@ -63,7 +63,7 @@ def _anew(text: str, tree: Tree, head: Tree, trees: Mapping[str, Mapping[str, Tr
 
 
 def _merge(node: MutableMapping[str, Any], old: Tree, new: Tree) -> None:
-    """Applies the differences between the old and the new short form to the text that the person wrote for the old one."""
+    """Applies the differences between the old and the new short form to the hand-written text of the old one."""
     for key in [key for key in old if key not in new]:
         node.pop(key, None)
     for key, value in new.items():
@@ -91,7 +91,7 @@ def _put(node: Any, at: int, old: Any, new: Any) -> None:
 
 
 def _alike(present: Any, old: Any, new: Any) -> bool:
-    """Returns whether a table can be changed key by key: its form is that of the short one."""
+    """Returns whether a table can be changed key by key, that is, whether it is structured like the short form."""
     return isinstance(present, MutableMapping) and isinstance(old, dict) and isinstance(new, dict) and {*old} <= {*present}
 
 
@@ -100,7 +100,7 @@ def _same_length(present: Any, old: Any, new: Any) -> bool:
 
 
 def _item(value: Any) -> Any:
-    """Returns a value as an item of the document, with one command per line."""
+    """Converts a value to an item of the document, with one command per line."""
     if isinstance(value, dict) and any(isinstance(inner, dict | list) for inner in value.values()):
         table = tomlkit.table()
         for key, inner in value.items():

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Classes and functions that a file refers to by name: `module:Class`, or the bare name of a public name of this package.
+"""Classes and functions that a file refers to by name: `module:Class`, or just the name if it is a public name of this package.
 
-Only modules of this package are imported for a name; others are searched for among the objects that the program passes.
+Only modules of this package are imported for a name; other names are looked up among the objects that the program passes.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _PACKAGE = __name__.split(".", 1)[0]
 
 
 def name_of(of: Any, what: str) -> str:
-    """Returns the name under which a class or function can be found again; `what` describes it in refusals."""
+    """Returns the name by which a class or function can be looked up again; refusals call it `what`."""
     shown = importlib.import_module(_PACKAGE)
     if getattr(shown, getattr(of, "__name__", ""), None) is of:
         return of.__name__
@@ -32,7 +32,7 @@ def name_of(of: Any, what: str) -> str:
 
 
 class Names:
-    """Objects that a program passes for names in a file, and those of the package itself."""
+    """Objects that a program passes to resolve names in a file, and the objects of the package itself."""
 
     def __init__(self, given: Given, base: type | None) -> None:
         named = given.items() if isinstance(given, Mapping) else ((None, of) for of in given or ())
@@ -50,7 +50,7 @@ class Names:
         return found if found is not None else self._own(name)
 
     def remedy(self, name: str, argument: str) -> str:
-        """Returns the remedy for an unknown name."""
+        """Returns the remedy that the refusal of an unknown name shows."""
         near = did_you_mean(name.rpartition(":")[2], [*self._known, *self._shown()])
         give = f"pass it: gpac.load(…, {argument}={{'{name}': …}})"
         return f"{near} or {give}" if near.startswith("did you mean") else give
@@ -75,6 +75,6 @@ class Names:
         return found if self._fits(found) and self._is_own(found, path) else None
 
     def _is_own(self, of: Any, path: str) -> bool:
-        """Returns whether the object belongs to this package; a function must also be one that makes values for motions."""
+        """Returns whether the object belongs to this package; a function must belong to one of the motion modules."""
         home = f"{_PACKAGE}.motion." if self._base is None else f"{_PACKAGE}."
         return of.__module__.startswith(home) and of.__qualname__ == path

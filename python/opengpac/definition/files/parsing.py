@@ -17,20 +17,20 @@ from .positions import Path, line_at
 
 
 def is_toml(file: File) -> bool:
-    """Returns whether the file's extension is that of TOML."""
+    """Returns whether the file has a TOML extension."""
     if file.suffix not in (".toml", ".json"):
         raise FileFailed(f"file '{file}' is neither TOML nor JSON", remedy="rename it to end in .toml or .json", place=Place(str(file), 1))
     return file.suffix == ".toml"
 
 
 DEPTH_MAX = 100
-"""Maximum nesting of tables and lists in a file; a graph within a graph takes four levels."""
+"""Maximum nesting depth of tables and lists in a file; each nested graph takes four levels."""
 BLOCKS_MAX = 4000
-"""Maximum number of blocks of all definitions of a file together; they are checked in two seconds."""
+"""Maximum total number of blocks in all definitions of a file; checking that many takes two seconds."""
 
 
 def parsed(file: File, text: str, toml: bool) -> Any:
-    """Parses a text into a tree; errors have their lines. Refuses too deep nesting, and definitions with too many blocks."""
+    """Parses a text into a tree; errors include line numbers. Refuses excessive nesting, and definitions with too many blocks."""
     try:
         tree = tomllib.loads(text) if toml else json.loads(text, object_pairs_hook=_once, parse_constant=_no_constant)
         _check_extent(file, tree)
@@ -78,7 +78,7 @@ def _check_extent(file: File, tree: Any) -> None:
 
 
 def _check_multiplied(file: File, tree: Any) -> None:
-    """Refuses a definition that expands to too many blocks through nested graphs."""
+    """Refuses a definition that expands to too many blocks because of nested graphs."""
     graphs = tree.get("graphs") if isinstance(tree, dict) else None
     counts: dict[str, int] = {}
 
@@ -129,5 +129,5 @@ def _no_constant(text: str) -> Any:
 
 
 def error_of(finding: Finding, file: File, lines: dict[Path, int]) -> Error:
-    """Returns the exception for a finding."""
+    """Converts a finding to an exception."""
     return finding.kind(finding.message, remedy=finding.remedy, place=Place(str(file), line_at(lines, finding.path)))

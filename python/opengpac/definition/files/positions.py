@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Finds the line of each part of a TOML or JSON text. The text is well formed, since it has been parsed before."""
+"""Locates each part of a TOML or JSON text by line. The text is well formed, because it has been parsed before."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 
 Path = tuple[str | int, ...]
-"""Location in a tree: keys and indices from the top."""
+"""Location in a tree: keys and indices from the root."""
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 _SCALAR = re.compile(r"[^\s,\]}#]+(?: [^\s,\]}#=]+)?")
@@ -25,7 +25,7 @@ def lines_of(text: str, toml: bool) -> dict[Path, int]:
 
 
 def line_at(lines: dict[Path, int], path: Path) -> int:
-    """Returns the line of the part at that path, or of the nearest part around it."""
+    """Returns the line of the part at that path, or of the nearest enclosing part."""
     while path and path not in lines:
         path = path[:-1]
     return lines.get(path, 1)
@@ -47,7 +47,7 @@ class _Scanner:
         self.lines.setdefault(path, self.line())
 
     def skip(self) -> None:
-        """Skips white space, line ends and comments."""
+        """Skips whitespace, line ends and comments."""
         while self.at < len(self.text):
             if self.text[self.at] in " \t\r\n\ufeff":
                 self.at += 1
@@ -83,7 +83,7 @@ class _Scanner:
                 self.pair(table)
 
     def header(self) -> Path:
-        """Returns the path of a header: for an array of tables, its last element."""
+        """Returns the path of a header; for an array of tables, the path of its last element."""
         path: Path = ()
         self.skip()
         for key in self.key():

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads a definition file: parses it, compares it with the schema, resolves names, checks it by the model, and reports all errors at
+"""Reads a definition file: parses it, checks it against the schema, resolves names, has the model check it, and reports all errors at
 once."""
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def load(
 ) -> DefinitionFile:
     """Loads the definitions of the TOML or JSON file at `path`: `shapes = gpac.load("shapes.toml")`, then `shapes.smooth`.
 
-    No part of the file is executed. Exception classes that its conditions name come from this package, or from you:
+    No part of the file is executed. Exception classes that its conditions name come from this package, or from the caller:
     `raises={"Collision": Collision}`, or a list of classes; likewise device types with `devices`, and functions with `forms`. Code
     modules come from `modules={"press": code}`; with a `system`, those that the file names are downloaded to it. All errors are
     raised at once, with lines of the file.
@@ -79,8 +79,8 @@ def load(
 
 
 def read_file(path: str | os.PathLike[str], *, stand_in: bool = False, **given: Any) -> tuple[DefinitionFile, list[Error]]:
-    """Loads like `load`, and returns the errors together with the definitions that could be made. `stand_in`: invents missing exception
-    classes."""
+    """Like `load`, but returns the errors together with the definitions that could be created. With `stand_in`, invents missing
+    exception classes."""
     file = File(path).expanduser()
     text = read(file, "the file of definitions")
     if text is None:
@@ -97,11 +97,11 @@ def read_file(path: str | os.PathLike[str], *, stand_in: bool = False, **given: 
 
 
 class _Skipped(Exception):
-    """Raised if a prerequisite is wrong and its error has already been noted."""
+    """Raised if a dependency is invalid and its error has already been recorded."""
 
 
 class _Reading:
-    """One file during reading; each definition is made on first use."""
+    """State of reading one file; each definition is created on first use."""
 
     def __init__(
         self, file: File, tree: Tree, lines: dict[Path, int], stand_in: bool,
@@ -119,7 +119,7 @@ class _Reading:
     errors: list[Error]
 
     def read(self) -> None:
-        """Makes all definitions of the file."""
+        """Creates all definitions of the file."""
         names: dict[str, str] = {}
         self._download()
         for kind in KINDS:
@@ -139,7 +139,7 @@ class _Reading:
                     continue
 
     def refuse(self, kind: type[Error], path: Path, message: str, remedy: str = "") -> None:
-        """Notes an error at a path of the file."""
+        """Records an error at a path of the file."""
         self.errors.append(error_of(Finding(kind, path, message, remedy), self.file, self.lines))
 
     def _download(self) -> None:
@@ -152,7 +152,7 @@ class _Reading:
                 self.refuse(FileFailed, ("modules", name), f"code module '{name}' cannot be downloaded: {str(error).splitlines()[0]}")
 
     def of(self, kind: str, key: str) -> Any:
-        """Returns a definition of the file, made on first use."""
+        """Returns a definition of the file; creates it on first use."""
         at = (kind, key)
         if at not in self._found:
             if at in self._open:
@@ -201,7 +201,7 @@ class _Reading:
     # ---- blocks ----
 
     def _uses(self, tree: Tree, origin: Origin) -> dict[str, BlockUse]:
-        """Returns the blocks by label; unknown blocks are left out, and the model refuses references to them."""
+        """Returns the blocks by label. Omits unknown blocks; the model refuses references to them."""
         uses: dict[str, BlockUse] = {}
         for label, use in tree["blocks"].items():
             block = self._block(use["block"], (*origin.path, "blocks", label), origin)
@@ -406,5 +406,5 @@ def _own_device_type(name: str) -> type[LogicalDevice] | None:
 
 
 def _range(given: Any) -> Any:
-    """Returns a range of a file in the form of `within=`."""
+    """Returns a range of a file in the format that `within=` accepts."""
     return tuple(given) if isinstance(given, list) else given

@@ -20,12 +20,12 @@ _WIDTH = 100
 
 
 def toml_key(key: str) -> str:
-    """Returns a key, quoted if necessary."""
+    """Formats a key, quoted if necessary."""
     return key if _BARE.fullmatch(key) else toml_value(key)
 
 
 def toml_value(value: Any) -> str:
-    """Returns a value on one line."""
+    """Formats a value on one line."""
     match value:
         case bool():
             return "true" if value else "false"
@@ -44,7 +44,7 @@ def toml_value(value: Any) -> str:
 
 
 def toml_entry(value: Any) -> str:
-    """Returns a value for a table: commands and transitions one per line, text with its line breaks."""
+    """Returns a value for a table: commands and transitions one per line, and multi-line text with its line breaks."""
     if isinstance(value, str) and "\n" in value:
         lines = "\n".join(json.dumps(line, ensure_ascii=False)[1:-1].replace("\x7f", "\\u007F") for line in value.split("\n"))
         plain = '"""' not in value and not value.endswith('"')
@@ -55,7 +55,7 @@ def toml_entry(value: Any) -> str:
 
 
 def toml_definition(kind: str, key: str, tree: Tree) -> str:
-    """Returns a definition as a table with its sections."""
+    """Formats a definition as a table with its sections."""
     name = f"{kind}.{toml_key(key)}"
     sections = {section: tree[section] for section in _SECTIONS if isinstance(tree.get(section), dict)}
     lines = [f"[{name}]", *(f"{toml_key(k)} = {toml_entry(v)}" for k, v in tree.items() if k not in sections)]

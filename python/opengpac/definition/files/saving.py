@@ -24,12 +24,12 @@ from .trees import KINDS, Definition, DefinitionTrees, Tree, kind_of
 
 @taking
 def save(path: str | os.PathLike[str], *definitions: Definition, description: str | None = None) -> None:
-    """Writes graphs, verbs and device types to the TOML or JSON file at `path`, by its extension; preserves the other contents of an
-    existing file.
+    """Writes graphs, verbs and device types to the TOML or JSON file at `path`; its extension selects the format. Preserves the other
+    contents of an existing file.
 
     `definitions` replace those of the same name in the file; if only values change, comments and order of a TOML file are preserved.
     The verbs of a composed verb and of a device type are written too. Exception classes are written by name. `description` is a text
-    for people at the head of the file. Raises `FileFailed` if the file has another form or cannot be written.
+    for people at the head of the file. Raises `FileFailed` if the file has another format or cannot be written.
     """
     file = File(path).expanduser()
     toml = is_toml(file)
@@ -66,7 +66,7 @@ def _rendered(head: Tree, trees: Mapping[str, Mapping[str, Tree]], toml: bool) -
 
 
 def _known(file: File, text: str, toml: bool) -> Tree:
-    """Returns the tree of the existing file; a file that is not a definition file is not overwritten."""
+    """Returns the tree of the existing file. Refuses to overwrite a file that is not a definition file."""
     tree = parsed(file, text, toml)
     wrong = findings(tree)
     if wrong:
@@ -101,7 +101,7 @@ def _modules(definitions: tuple[Definition, ...], file: File) -> dict[str, str]:
 
 
 def _all(uses: Any) -> list[Any]:
-    """Returns the uses of subroutines, including those within graphs."""
+    """Returns the uses of application subroutines, including those within graphs."""
     found: list[Any] = []
     for use in uses:
         found += _all(use.block.blocks.values()) if kind_of(use.block) == "graphs" else [use]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Short form of definitions, as a person would write them. Each line here inverts one of `crates/model/src/written.rs`."""
+"""Short form of definitions, as a person would write them. Each rule here is the inverse of one in `crates/model/src/written.rs`."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def short(kind: str, key: str, tree: Tree) -> Tree:
 
 
 def long(kind: str, key: str, tree: Tree) -> Tree:
-    """Returns the long form of a file's definition under `key`; data that only files hold is kept next to it."""
+    """Returns the long form of a file's definition under `key`, including the data that only files contain."""
     tree = {"name": key} | tree
     if kind == "compositions":
         steps = [{"condition": None} | step | {"from": _names(step["from"])} for step in tree.get("transitions", [])]
@@ -54,7 +54,7 @@ def _drop_places(node: Tree) -> None:
 
 
 def _keep_layouts(made: Tree, tree: Tree) -> None:
-    """Keeps the layouts of graphs within a definition."""
+    """Copies the layouts of graphs within a definition."""
     for label, use in tree.get("blocks", {}).items():
         block = use.get("block") if isinstance(use, dict) else None
         if isinstance(block, dict) and "graph" in block:
@@ -65,7 +65,7 @@ def _keep_layouts(made: Tree, tree: Tree) -> None:
 
 
 def _filled(**given: Any) -> Tree:
-    """Returns a tree without values that are empty, absent or false."""
+    """Returns a tree without the values that are empty, None or False."""
     return {key: value for key, value in given.items() if value not in (None, "", [], {}) and value is not False}
 
 
@@ -147,7 +147,7 @@ def _requirement(given: Tree) -> Any:
 
 
 def _command(command: Tree) -> Tree:
-    """Returns a command in its short form, or in the long form if the short one would differ in meaning."""
+    """Returns a command in its short form, or in the long form if the short form would have a different meaning."""
     match command["command"]:
         case "install":
             return {"install": _one(command["blocks"])}
@@ -183,7 +183,7 @@ def _timed(name: str, ns: int) -> Tree:
 
 
 def _time_text(ns: int) -> str | None:
-    """Returns `20 ms`, or None if no such text represents exactly that time."""
+    """Formats a time as `20 ms`, or returns None if no such text represents exactly that time."""
     for unit, scale in _UNITS:
         if (ns >= scale and ns % max(1, scale // 1000) == 0) or unit == "ns":
             number = f"{ns / scale:.3f}".rstrip("0").rstrip(".")
@@ -206,7 +206,7 @@ def _device_type(tree: Tree) -> Tree:
 
 
 def _flagged(parameter: Tree) -> Tree:
-    """Returns a parameter's unit and flags; an explicit `keep` is written even if false, since it differs from an absent one."""
+    """Returns a parameter's unit and flags. An explicit `keep` is written even if it is false, because that differs from an absent one."""
     kept = {} if parameter.get("keep") is None else {"keep": parameter["keep"]}
     return _filled(unit=parameter["unit"], tunable=parameter["tunable"], within=parameter.get("within")) | kept
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Definitions as trees in the long form: the model's form, without places, and with data that only files hold."""
+"""Definitions as trees in the long form: the model's format without source locations, and with the data that only files contain."""
 
 from __future__ import annotations
 
@@ -30,15 +30,16 @@ KINDS = ("graphs", "verbs", "device_types", "compositions")
 
 
 def kind_of(definition: object) -> str | None:
-    """Returns the kind of a definition in a file, one of `KINDS`, or None for others. A device type is a class, the others are objects."""
+    """Returns the kind of a definition in a file, one of `KINDS`, or None for other values. A device type is a class; other definitions
+    are instances."""
     kind = getattr(definition, "_definition_kind", None)
     return kind if isinstance(definition, type) == (kind == "device_types") else None
 
 
 class DefinitionTrees:
-    """The definitions to be written to a file: kind → key → tree. A composition includes its parts, a device type its verb.
+    """Definitions to be written to a file: kind → key → tree. A composition includes its parts, a device type its verb.
 
-    `present` contains the keys of an existing file, with their kinds: each key stands for one definition.
+    `present` contains the keys of an existing file, with their kinds: each key identifies one definition.
     """
 
     def __init__(self, present: Mapping[str, str] | None = None) -> None:
@@ -68,7 +69,7 @@ class DefinitionTrees:
         return _copied(tree) | _layout(verb)
 
     def _put(self, kind: str, name: str, tree: Tree) -> str:
-        """Adds the tree under its name, or under `name_2` if another definition has that name."""
+        """Adds the tree under its name, or under `name_2` if that name is taken."""
         known = self.trees[kind]
         key = next((key for key, other in known.items() if other == tree), None)
         if key is None:
@@ -78,7 +79,7 @@ class DefinitionTrees:
         return key
 
     def share_graphs(self) -> None:
-        """Turns graphs within definitions into definitions of their own, named after their location."""
+        """Moves graphs within definitions to separate definitions, named after their location."""
         for kind in ("verbs", "graphs"):
             for tree in [*self.trees[kind].values()]:
                 self._share(tree)
@@ -131,7 +132,7 @@ def verb_tree(verb: Verb[..., Any]) -> Tree:
 
 
 def device_type_tree(device_type: type[LogicalDevice]) -> Tree:
-    """Returns a logical device type as a tree, including the members kept over a warm restart."""
+    """Returns a logical device type as a tree, including the members that are kept across a warm restart."""
     tree = _copied(device_type.definition_json())
     del tree["place"]
     for name, member in device_type.svv_members().items():

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Test counterparts of drivers, without machines: each behaves like its machine, and can be made to fail.
+"""Test counterparts of drivers, which need no machine: each behaves like its machine, and can be made to fail.
 
-A counterpart is started and stopped by a with-statement.
+A counterpart is started and stopped by a `with` statement.
 """
 
 from .arm import HOME

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arm behind an emulated controller: joints that follow their goals at limited speed, and the controller's commands for them."""
+"""Arm behind an emulated controller: joints that follow their goals at limited speed, and the controller commands that move them."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ CYCLE = 0.002
 """Controller cycle, s."""
 HOME = [0.0, -math.pi / 2, 0.0, -math.pi / 2, 0.0, 0.0]
 SPEED_MAX = 3.3
-"""Maximum speed of its joints, rad/s: slightly more than a program may request."""
+"""Maximum speed of the joints, rad/s: slightly above the maximum that a program may command."""
 
 # a, d, alpha of each joint of a UR5e, as published by its manufacturer.
 _DH = [
@@ -23,11 +23,11 @@ _DH = [
 
 
 class RefusedCommand(Exception):
-    """A command that the safety system rejects: the arm is in protective stop."""
+    """Raised when the safety system rejects a command; the arm is then in protective stop."""
 
 
 class JointArm:
-    """Six joints, each at its goal one cycle later, or moving there at its maximum speed."""
+    """Six joints, each of which reaches its goal one cycle later, or moves towards it at maximum speed."""
 
     def __init__(self, position: Sequence[float], leap_max: float) -> None:
         self.q = [float(value) for value in position]
@@ -35,10 +35,10 @@ class JointArm:
         self.goal = [*self.q]
         self.leap_max = leap_max
         self.step_max = 0.0
-        """Maximum step of a goal between two cycles, rad."""
+        """Maximum step of a goal between two cycles so far, rad."""
 
     def command(self, goal: Sequence[float]) -> None:
-        """Sets the next goal; raises `RefusedCommand` if it jumps."""
+        """Sets the next goal. Raises `RefusedCommand` if it is too far from the previous one."""
         if len(goal) != 6:
             raise ValueError(f"the number of joint positions is wrong: {len(goal)}")
         step = max(abs(to - before) for to, before in zip(goal, self.goal, strict=True))
@@ -48,22 +48,22 @@ class JointArm:
         self.goal = [float(value) for value in goal]
 
     def rest(self) -> None:
-        """Holds the present position."""
+        """Holds the current position."""
         self.goal, self.velocity = [*self.q], [0.0] * 6
 
     def advance(self) -> None:
-        """Moves for one cycle."""
+        """Advances the simulation by one cycle."""
         most = SPEED_MAX * CYCLE
         steps = [min(max(goal - q, -most), most) for goal, q in zip(self.goal, self.q, strict=True)]
         self.q = [q + step for q, step in zip(self.q, steps, strict=True)]
         self.velocity = [step / CYCLE for step in steps]
 
     def touch(self) -> list[float]:
-        """Returns the contact force on its tool, N: it touches nothing."""
+        """Returns the contact force on the tool, N, which is zero: this arm touches nothing."""
         return [0.0, 0.0, 0.0]
 
     def pose(self) -> list[float]:
-        """Returns the pose of the flange in the controller's form: x, y, z and a rotation vector."""
+        """Returns the pose of the flange in the controller's format: x, y, z and a rotation vector."""
         whole = np.eye(4)
         for q, (a, d, alpha) in zip(self.q, _DH, strict=True):
             ct, st, ca, sa = math.cos(q), math.sin(q), math.cos(alpha), math.sin(alpha)
@@ -84,7 +84,7 @@ class JointArm:
 
 
 def motions(arm: JointArm) -> dict[str, Callable[..., Generator[None, None, Any]]]:
-    """Returns the commands of a program that take time."""
+    """Returns the motion commands that a program can call, which take time."""
 
     def wait(seconds: float = CYCLE, *_: Any) -> Generator[None, None, None]:
         for _cycle in range(max(1, round(seconds / CYCLE))):

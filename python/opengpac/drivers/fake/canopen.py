@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Software-only CANopen bus."""
+"""Emulated CANopen bus, in software only."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class CanOpenDrive:
     """State of an emulated drive."""
 
     node: int
-    """Node number on the bus."""
+    """Node ID."""
     state: str
     """`operational`, `pre-operational`, `stopped`, `off`."""
     drive: str
@@ -37,16 +37,16 @@ class CanOpenDrive:
 
 @dataclass(frozen=True)
 class CanOpenModule:
-    """State of an emulated module of inputs and outputs. Its terminals are numbered from 0."""
+    """State of an emulated input and output module. Its terminals are numbered from 0."""
 
     node: int
-    """Node number on the bus."""
+    """Node ID."""
     state: str
     """`operational`, `pre-operational`, `stopped`, `off`."""
     inputs: list[bool]
-    """Digital inputs, padded to whole bytes of 8."""
+    """Digital inputs, padded to whole bytes."""
     outputs: list[bool]
-    """Digital outputs, padded to whole bytes of 8."""
+    """Digital outputs, padded to whole bytes."""
     analog_inputs: list[int]
     """Analog inputs in counts, -32768 to 32767."""
     analog_outputs: list[int]
@@ -54,8 +54,8 @@ class CanOpenModule:
 
 
 class CanOpenBus(EmulatedBus):
-    """Emulated drives and modules on a bus, in a process of their own; `canopen()` starts one. It ends with `close()`, a `with`, or the
-    program."""
+    """Emulated drives and modules on a bus, in a separate process; `canopen()` starts one. The process ends with `close()`, at the end
+    of a `with` block, or with the program."""
 
     interface: str
     """Interface for the controller: `local:NAME`."""
@@ -65,11 +65,11 @@ class CanOpenBus(EmulatedBus):
         super().__init__("run_canopen_bus", "the emulated bus", {"interface": self.interface, "nodes": nodes})
 
     def drives(self) -> list[CanOpenDrive]:
-        """Returns the present state of each drive, in order."""
+        """Returns the current state of each drive, in order."""
         return [CanOpenDrive(**drive) for drive in self._shown()["drives"]]
 
     def modules(self) -> list[CanOpenModule]:
-        """Returns the present state of each module, in order."""
+        """Returns the current state of each module, in order."""
         digital = ("inputs", "outputs")
         shown = self._shown()["modules"]
         return [CanOpenModule(**{**module, **{name: [bool(bit) for bit in module[name]] for name in digital}}) for module in shown]
@@ -80,15 +80,15 @@ class CanOpenBus(EmulatedBus):
         return self._shown()["frames"]
 
     def put(self, node: int, terminal: Terminal, number: int, value: float) -> None:
-        """Sets a terminal of a module: True or False for a digital one, counts for an analog one; `number` starts at 0."""
+        """Sets an input terminal of a module: True or False for a digital one, counts for an analog one; `number` starts at 0."""
         self._say({"do": "put", "node": node, "terminal": terminal, "number": number, "value": int(value)})
 
     def power(self, node: int, on: bool) -> None:
-        """Switches the power supply of a drive. On power-up the drive is reset, with its axis at its previous position."""
+        """Switches the power supply of a drive. On power-up the drive is reset, but its axis keeps its position."""
         self._say({"do": "power", "node": node, "on": on})
 
     def fail(self, node: int, error: int = 0x7121) -> None:
-        """Makes a drive report an error of CiA 402, by default a blocked motor. It sends an emergency."""
+        """Makes a drive report a CiA 402 error, by default a blocked motor. The drive sends an emergency message."""
         self._say({"do": "fail", "node": node, "error": error})
 
     def enable_input(self, node: int, closed: bool) -> None:
@@ -96,20 +96,20 @@ class CanOpenBus(EmulatedBus):
         self._say({"do": "enable_input", "node": node, "closed": closed})
 
     def bus_off(self) -> None:
-        """Makes the adapter of the controller report that it has left the bus."""
+        """Makes the controller's CAN adapter report bus-off."""
         self._say({"do": "bus_off"})
 
 
 @taking
 def canopen(*nodes: str | Mapping[str, Any]) -> CanOpenBus:
-    """An emulated bus: drives by CiA 402 with motors that follow, and modules by CiA 401, for `gpac.drivers.canopen`.
+    """Starts an emulated bus for `gpac.drivers.canopen`, with CiA 402 drives whose motors follow their targets, and CiA 401 modules.
 
     Each of `nodes` is the name of a drive, numbered 1, 2, … in order, or `{"name": "x", "node": 5, "position": 1000, "watchdog":
-    False}`: its initial position in counts, and whether it monitors its controller; `limits`, the positions of the limit switches of
-    its machine in counts; `falls`, for a drive with a brake, the speed at which its load falls if nothing holds it, counts/s;
-    `serial` (by default its node), which identifies it. With `module` it is a module of inputs and outputs: `{"name": "io", "node":
-    7, "module": {"inputs": 16, "outputs": 8, "analog_inputs": 4}}`. Its time is that of the source that exchanges with it, so that a
-    program under the virtual clock has the same values each time.
+    False}`: its initial position in counts, and whether it monitors its controller; `limits`, the positions of its machine's limit
+    switches in counts; `falls`, for a drive with a brake, the speed at which its load falls if nothing holds it, counts/s; `serial`
+    (by default its node ID), its serial number. With `module` it is an input and output module: `{"name": "io", "node": 7, "module":
+    {"inputs": 16, "outputs": 8, "analog_inputs": 4}}`. The bus takes its time from the source that exchanges with it, so that a
+    program under the virtual clock is reproducible.
     """
     if not nodes:
         refuse(CallError, "a bus needs at least one drive", 'name them: gpac.drivers.fake.canopen("x", "y")')

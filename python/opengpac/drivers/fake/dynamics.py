@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Arm behind an emulated controller with the dynamics of a model: MuJoCo moves it, and contacts push back."""
+"""Arm behind an emulated controller with the dynamics of a model, simulated by MuJoCo, including contact forces."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from .arm import CYCLE, JointArm
 from .gripper import Gripper
 
 STIFFNESS, DAMPING = (2 * math.pi * 30.0) ** 2, 4 * math.pi * 30.0
-"""Controller gains, as acceleration per error: 30 Hz, critically damped."""
+"""Controller gains, as acceleration per unit of error: 30 Hz, critically damped."""
 
 
 class SimulatedArm(JointArm):
-    """Six joints of a model. They include the loops of a control box: computed torque, within the efforts of the model.
+    """Six joints of a model, with the control loops of a control box: computed torque, within the effort limits of the model.
 
     `gripper` holds the model's other actuators, the fingers of the tool.
     """
@@ -62,7 +62,7 @@ class SimulatedArm(JointArm):
             self.gripper.start(self._data)
 
     def advance(self) -> None:
-        """Moves for one cycle: the loops track the interpolated goal, and the model responds."""
+        """Advances the simulation by one cycle, with the control loops tracking the interpolated goal."""
         goal, data = np.array(self.goal), self._data
         rate = (goal - self._before) / CYCLE
         pull, effort = np.zeros(self._model.nv), np.zeros(self._model.nv)
@@ -81,12 +81,12 @@ class SimulatedArm(JointArm):
         self.q, self.velocity = data.qpos[self._places].tolist(), data.qvel[self._speeds].tolist()
 
     def rest(self) -> None:
-        """Holds the present position."""
+        """Holds the current position."""
         super().rest()
         self._before = np.array(self.q)
 
     def sensor(self, name: str) -> slice:
-        """Returns the slice of the sensor of this name in the sensor data. Raises CallError if it does not exist."""
+        """Returns the slice of the sensor of this name in the sensor data. Raises `CallError` if it does not exist."""
         number: int = self._mujoco.mj_name2id(self._model, self._mujoco.mjtObj.mjOBJ_SENSOR, name)
         if number < 0:
             known = [self._mujoco.mj_id2name(self._model, self._mujoco.mjtObj.mjOBJ_SENSOR, at) for at in range(self._model.nsensor)]
@@ -95,7 +95,7 @@ class SimulatedArm(JointArm):
         return slice(first, first + int(self._model.sensor_dim[number]))
 
     def reading(self, at: slice) -> list[float]:
-        """Returns the reading at that slice, in the units of MuJoCo."""
+        """Returns the readings in that slice, in MuJoCo's units."""
         return self._data.sensordata[at].tolist()
 
     def close(self) -> None:
@@ -104,7 +104,7 @@ class SimulatedArm(JointArm):
             self.gripper.close()
 
     def touch(self) -> list[float]:
-        """Returns the contact force on its tool, N, in the frame of the base, without the tool's weight."""
+        """Returns the contact force on the tool, N, in the base frame, without the tool's weight."""
         body = self._model.site_bodyid[self._site]
         turned = self._data.site_xmat[self._site].reshape(3, 3) @ self._data.sensordata[self._sensed]
         # The force of the flange on the tool balances the tool's weight and the contact forces.
@@ -112,6 +112,6 @@ class SimulatedArm(JointArm):
 
 
 def model_of(name: str | os.PathLike[str]) -> Path:
-    """Returns the model file of an arm: one of the package's by its name, else the path."""
+    """Returns the model file of an arm: the package's file if `name` is the name of one of its arms, otherwise the path itself."""
     known = Path(__file__).parents[2] / "robots" / f"{name}.xml"
     return known if known.is_file() else Path(name).expanduser().absolute()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Counterpart of our own in a process: it reads lines of JSON, and answers each with one."""
+"""Test counterpart in a separate process, which reads lines of JSON and answers each with one line."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ END_S = 10.0
 
 
 class EmulatedBus:
-    """An emulated bus in a separate process. It ends with `close()`, a `with`, or its program.
+    """An emulated bus in a separate process. The process ends with `close()`, at the end of a `with` block, or with its program.
 
-    `program` is the main program of the process, `what` its name in errors; `options` is the first line sent to it.
+    `program` is the main program of the process, `what` its name in error messages; `options` is the first line sent to it.
     """
 
     def __init__(self, program: str, what: str, options: Mapping[str, Any]) -> None:
@@ -62,7 +62,7 @@ class EmulatedBus:
         self._say({"do": "lose", "frames": frames})
 
     def spoil(self, frames: int) -> None:
-        """Corrupts the next `frames` answers: on EtherCAT by a bit error undetected by the check sum, on CANopen by truncation."""
+        """Corrupts the next `frames` answers: on EtherCAT by a bit error that the checksum does not detect, on CANopen by truncation."""
         self._say({"do": "spoil", "frames": frames})
 
     def close(self) -> None:

@@ -16,7 +16,7 @@ import tty
 from collections.abc import Callable
 
 Receive = Callable[[bytearray, Callable[[bytes], None]], None]
-"""Consumes complete messages from the front of the received bytes, and answers by the function passed."""
+"""Function that consumes complete messages from the front of the received bytes, and sends answers through the function passed to it."""
 
 UNREAD_S = 10
 """Time for which a client may leave what is sent to it unread, before the rest is dropped, s."""
@@ -72,7 +72,7 @@ class Terminal:
 
 
 class TcpEnd:
-    """A port on loopback. While stopped it remains reserved, and connections are refused."""
+    """A TCP port on the loopback interface. While stopped it remains reserved, but connections are refused."""
 
     def __init__(self, receive: Receive) -> None:
         self._receive = receive
@@ -90,7 +90,7 @@ class TcpEnd:
         return made
 
     def start(self) -> None:
-        """Starts listening."""
+        """Starts sending and receiving."""
         listener = self._bound(self.port)
         listener.listen()
         self._listener = listener
@@ -113,7 +113,7 @@ class TcpEnd:
         self._held.close()
 
     def send(self, data: bytes) -> None:
-        """Sends to all connections, including those just accepted."""
+        """Sends to all clients, including those just accepted."""
         if (listener := self._listener) is not None:
             self._take_in(listener)
         with self._lock:
@@ -134,7 +134,7 @@ class TcpEnd:
                 select.select([listener], [], [])
 
     def _take_in(self, listener: socket.socket) -> bool:
-        """Accepts all pending connections; returns False if stopped."""
+        """Accepts all pending connections; returns False if the endpoint is stopped."""
         with self._lock:
             while self._listener is listener and select.select([listener], [], [], 0)[0]:
                 connection, _ = listener.accept()
@@ -156,7 +156,7 @@ class TcpEnd:
 
 
 class SerialEnd:
-    """A pseudo terminal. While stopped it is silent, like an unplugged device."""
+    """A pseudo-terminal. While stopped it is silent, like an unplugged device."""
 
     def __init__(self, receive: Receive) -> None:
         self._receive = receive
@@ -188,7 +188,7 @@ class SerialEnd:
 
     @property
     def connected(self) -> int:
-        """Always 1: a serial line does not reveal its readers."""
+        """Number of connected clients; always 1, because a serial line does not reveal its readers."""
         return 1
 
     def _serve(self) -> None:

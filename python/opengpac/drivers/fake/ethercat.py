@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Software-only EtherCAT segment."""
+"""Emulated EtherCAT segment, in software only."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Drive:
     """State of an emulated drive."""
 
     state: str
-    """State of the drive with its error: `OP`, `SAFEOP with error 0x001b, …`."""
+    """EtherCAT state of the drive, with its error: `OP`, `SAFEOP with error 0x001b, …`."""
     drive: str
     """State of the axis: `operation enabled`, `fault`."""
     position: int
@@ -53,20 +53,20 @@ class Drive:
 
 @dataclass(frozen=True)
 class Terminal:
-    """State of an emulated terminal."""
+    """State of an emulated terminal on the line."""
 
     position: int
     """Position on the line."""
     state: str
-    """State of the terminal with its error."""
+    """EtherCAT state of the terminal, with its error."""
     outputs: list[int]
-    """Values of the outputs: 0 and 1, or counts."""
+    """Values of the outputs: 0 or 1 for digital ones, counts for analog ones."""
 
 
 class EtherCatSegment(EmulatedBus):
-    """Emulated drives and terminals on a line, in a process of their own.
+    """Emulated drives and terminals on a line, in a separate process.
 
-    `ethercat()` starts one. It ends with `close()`, a `with`, or its program.
+    Started by `ethercat()`. The process ends with `close()`, at the end of a `with` block, or with its program.
     """
 
     interface: str
@@ -77,19 +77,20 @@ class EtherCatSegment(EmulatedBus):
         super().__init__("run_ethercat_segment", "the emulated segment", options)
 
     def drives(self) -> list[Drive]:
-        """Returns the present state of each drive, in order."""
+        """Returns the current state of each drive, in order."""
         return [Drive(**{**drive, "clock": Clock(**drive["clock"])}) for drive in self._shown()["drives"]]
 
     def terminals(self) -> list[Terminal]:
-        """Returns the present state of each terminal, in order."""
+        """Returns the current state of each terminal, in order of position."""
         return [Terminal(**terminal) for terminal in self._shown()["terminals"]]
 
     def put(self, position: int, input: int, value: float) -> None:
-        """Sets an `input`, counted from 0, of the terminal at `position` to a `value`: 0 and 1, or counts for an analog one."""
+        """Sets an `input`, counted from 0, of the terminal at `position` to `value`: 0 or 1 for a digital input, counts for an analog
+        one."""
         self._say({"do": "put", "position": position, "input": input, "value": int(value)})
 
     def counts(self) -> dict[str, int]:
-        """Number of frames received, and of those malformed, dropped or corrupted on purpose."""
+        """Numbers of frames received, malformed, intentionally dropped, and intentionally corrupted."""
         return self._shown()["counts"]
 
     def cut(self, position: int = 0) -> None:
@@ -101,15 +102,15 @@ class EtherCatSegment(EmulatedBus):
         self._say({"do": "heal"})
 
     def power(self, position: int, on: bool) -> None:
-        """Switches the power supply of a drive. On power-up the drive is reset, with its axis at its previous position."""
+        """Switches the power supply of a drive. On power-up the drive is reset, but its axis keeps its position."""
         self._say({"do": "power", "position": position, "on": on})
 
     def swap(self, position: int, other: int) -> None:
-        """Swaps two drives on the line, as by a cabling error. Both are without power meanwhile."""
+        """Swaps two drives on the line, like a cabling error. Both are without power during the swap."""
         self._say({"do": "swap", "position": position, "other": other})
 
     def fail(self, position: int, error: int = 0x7121) -> None:
-        """Makes a drive report an error of CiA 402, by default a blocked motor."""
+        """Makes a drive report a CiA 402 error, by default a blocked motor."""
         self._say({"do": "fail", "position": position, "error": error})
 
     def enable_input(self, position: int, closed: bool) -> None:
@@ -119,16 +120,16 @@ class EtherCatSegment(EmulatedBus):
 
 @taking
 def ethercat(*drives: str | Mapping[str, Any], interface: str | None = None) -> EtherCatSegment:
-    """An emulated segment of terminals and of drives by CiA 402 with motors that follow, for any main device.
+    """Starts an emulated segment, for any main device, of terminals and of CiA 402 drives whose motors follow their targets.
 
     Each of `drives` is a name, or `{"name": "x", "position": 1000, "watchdog": False}`: its initial position in counts, and whether
     it has an output watchdog; `clock_ppm`, the rate error of its clock (positive: fast); `cable_ns`, the propagation delay from the
-    previous drive; `limits`, the positions of the limit switches of its machine in counts; `falls`, for a drive with a brake, the
-    speed at which its load falls if nothing holds it, counts/s; `serial` (by default its position, from 1) and `alias`, which
-    identify it. With `terminal` it is a terminal, `{"name": "io", "terminal": {"digital_inputs": 8}}`: `digital_inputs` and
-    `digital_outputs`, or `analog_inputs` and `analog_outputs` of 16 bits; `{}` is a coupler. Without `interface` it answers on a
-    local socket, which needs no rights; with the name of one it answers on that, such as one end of a veth pair, which needs
-    CAP_NET_RAW.
+    previous drive; `limits`, the positions of its machine's limit switches in counts; `falls`, for a drive with a brake, the speed at
+    which its load falls if nothing holds it, counts/s; `serial` (by default its position, from 1) and `alias`, the identity of the
+    drive. With `terminal` it is a terminal, `{"name": "io", "terminal": {"digital_inputs": 8}}`: `digital_inputs` and
+    `digital_outputs`, or `analog_inputs` and `analog_outputs` of 16 bits; `{}` is a coupler. Without `interface` the segment answers
+    on a local socket, which needs no privileges; with the name of a network interface it answers there, such as one end of a veth
+    pair, which needs CAP_NET_RAW.
     """
     if not drives:
         refuse(CallError, "a segment needs at least one drive", 'name them: gpac.drivers.fake.ethercat("x", "y")')

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gripper at the tool of an emulated arm: its own controller drives its fingers, and communicates by Modbus."""
+"""Gripper at the tool of an emulated arm: its own controller drives its fingers, and communicates over Modbus."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..modbus import modbus as modbus_driver
 from .modbus import Modbus
 
 STIFFNESS, DAMPING = 150.0, 6.0
-"""Gains of its loops: N per metre between goal and finger, and per m/s."""
+"""Gains of the gripper's control loops: N per metre between goal and finger, and N per m/s."""
 PITCH = 10
 """Register spacing between fingers."""
 _READ = {"position": ("int16", 1e-5, "m"), "velocity": ("int16", 1e-4, "m/s"), "force": ("uint16", 1e-3, "N")}
@@ -20,10 +20,10 @@ _WRITTEN = {"goal": ("int16", 1e-5, "m"), "force_max": ("uint16", 1e-3, "N")}
 
 
 class Gripper:
-    """The fingers of a model, each a spring of limited force about its goal; `address` is that of its Modbus server.
+    """The fingers of a model, each a spring of limited force about its goal; `address` is the address of the gripper's Modbus server.
 
-    Finger k has its registers from `10 k` on: the input registers position (10 µm), velocity (0.1 mm/s) and contact force of its pad
-    (mN), the holding registers goal (10 µm) and maximum force (mN). The force is zero until it is set.
+    The registers of finger k start at `10 k`: the input registers are position (10 µm), velocity (0.1 mm/s) and contact force of its
+    pad (mN), the holding registers goal (10 µm) and maximum force (mN). The maximum force is zero until it is set.
     """
 
     def __init__(self, mujoco: Any, model: Any, actuators: range) -> None:
@@ -40,11 +40,11 @@ class Gripper:
 
     @property
     def address(self) -> str:
-        """Address of its Modbus server."""
+        """Address of the gripper's Modbus server."""
         return self._tables.address
 
     def driver(self, **options: Any) -> Driver:
-        """Returns the driver for `gpac.robots.gripper`, with a channel for each register, `left_finger.goal`."""
+        """Returns the driver for `gpac.robots.gripper`, with a channel for each register, such as `left_finger.goal`."""
         channels: dict[str, dict[str, Any]] = {}
         for finger, name in enumerate(self.fingers):
             for table, words in (("input", _READ), ("holding", _WRITTEN)):
@@ -53,7 +53,7 @@ class Gripper:
         return modbus_driver(self.address, channels=channels, **options)
 
     def start(self, data: Any) -> None:
-        """Adopts the position of the fingers, and starts the server."""
+        """Sets the goals to the positions of the fingers, and starts the server."""
         self.tell(data)
         for finger, place in enumerate(self._places):
             self._put("holding", finger, "goal", _WRITTEN, data.qpos[place])
@@ -64,7 +64,7 @@ class Gripper:
         self._tables.close()
 
     def push(self, data: Any) -> None:
-        """Applies the forces of its motors for one step of the model."""
+        """Applies the forces of the gripper's motors for one simulation step."""
         for finger, (place, speed) in enumerate(zip(self._places, self._speeds, strict=True)):
             goal, most = (self._get(finger, word) for word in _WRITTEN)
             spring = np.clip(STIFFNESS * (goal - data.qpos[place]), -most, most)
@@ -72,7 +72,7 @@ class Gripper:
             data.qfrc_applied[speed] = np.clip(effort, -self._effort_max[finger], self._effort_max[finger])
 
     def tell(self, data: Any) -> None:
-        """Stores its readings: the positions of its fingers, and their contact forces."""
+        """Updates the gripper's readings: the positions of its fingers, and their contact forces."""
         for finger, (place, speed, pad) in enumerate(zip(self._places, self._speeds, self._pads, strict=True)):
             felt = 0.0 if pad is None else data.sensordata[pad]
             for word, value in (("position", data.qpos[place]), ("velocity", data.qvel[speed]), ("force", felt)):

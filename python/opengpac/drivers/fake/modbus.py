@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A Modbus device for tests, over TCP or a pseudo terminal."""
+"""A Modbus device for tests, over TCP or a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _FORMATS = {"int16": "h", "uint16": "H", "int32": "i", "uint32": "I", "int64": "
 
 
 class Tables:
-    """The four tables of a unit: the value at each existing address. Registers are 0 to 65535."""
+    """The four tables of a unit, which contain the value at each existing address. Register values are 0 to 65535."""
 
     def __init__(self) -> None:
         self.holding: dict[int, int] = {}
@@ -24,7 +24,7 @@ class Tables:
         self.discrete: dict[int, bool] = {}
 
     def put(self, table: str, address: int, value: float, type: str = "uint16") -> None:
-        """Stores a number of this `type` into registers, the high word first; a bit into a coil or discrete input."""
+        """Stores a number of this `type` in registers, most significant word first, or a bit in a coil or discrete input."""
         if table in ("coil", "discrete"):
             (self.coil if table == "coil" else self.discrete)[address] = bool(value)
             return
@@ -44,7 +44,7 @@ class Tables:
 
 
 class Modbus(Tables):
-    """A Modbus device; `address` is for `gpac.drivers.modbus`. Its tables are those of its first unit."""
+    """A Modbus device; `address` is for `gpac.drivers.modbus`. Accessing its tables directly accesses those of its first unit."""
 
     def __init__(self, units: Sequence[int], serial: bool) -> None:
         super().__init__()
@@ -59,16 +59,17 @@ class Modbus(Tables):
         self.address: str = f"rtu/{self._end.path}" if isinstance(self._end, SerialEnd) else f"tcp/127.0.0.1:{self._end.port}"
 
     def start(self) -> Self:
-        """Starts answering."""
+        """Switches the device on."""
         self._end.start()
         return self
 
     def stop(self) -> None:
-        """Switches the device off: connections are closed, and nothing answers. Its tables are preserved; `start` switches it on again."""
+        """Switches the device off: closes connections, and does not answer requests. Its tables are preserved; `start` switches it on
+        again."""
         self._end.stop()
 
     def close(self) -> None:
-        """Closes the device, like the end of the with-statement."""
+        """Closes the device, like the end of the `with` block."""
         self._end.close()
 
     def __enter__(self) -> Self:
@@ -169,7 +170,7 @@ def _request_length(came: bytearray) -> int | None:
 
 
 def crc16(data: bytes) -> int:
-    """Returns the checksum of a serial line, CRC-16/MODBUS, bit by bit."""
+    """Returns the checksum of a serial frame, CRC-16/MODBUS, computed bit by bit."""
     crc = 0xFFFF
     for byte in data:
         crc ^= byte
@@ -179,10 +180,10 @@ def crc16(data: bytes) -> int:
 
 
 def modbus(*, units: Sequence[int] = (1,), serial: bool = False) -> Modbus:
-    """A Modbus device for a test: `with gpac.drivers.fake.modbus() as device: device.put("input", 0, 21.5, "float")`.
+    """Creates a Modbus device for a test: `with gpac.drivers.fake.modbus() as device: device.put("input", 0, 21.5, "float")`.
 
-    It has the values `put` into its tables, and refuses other addresses, like real devices. It uses TCP on a port of this host, or
-    with `serial=True` a pseudo terminal. `units` are the devices on one line, `device.units[2]` the tables of the second; those in
+    It has the values `put` into its tables, and refuses other addresses, as real devices do. It uses a TCP port of this host, or,
+    with `serial=True`, a pseudo-terminal. `units` are the devices on one line, `device.units[2]` the tables of unit 2; the units in
     `device.silent` do not answer. `stop()` and `start()` switch it off and on.
     """
     return Modbus(units, serial)

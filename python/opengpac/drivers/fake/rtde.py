@@ -41,23 +41,23 @@ TYPES |= {f"{way}_bit_register_{i}": "BOOL" for way in ("input", "output") for i
 
 
 def types_of(names: Sequence[str]) -> list[str]:
-    """Returns the types of values, `NOT_FOUND` for those that do not exist."""
+    """Returns the types of these values; `NOT_FOUND` for names that do not exist."""
     return [TYPES.get(name, "NOT_FOUND") for name in names]
 
 
 def zero(name: str) -> Any:
-    """Returns the value of an output that is not emulated."""
+    """Returns a zero of the right type, for an output that is not emulated."""
     count = int(_FORMATS[TYPES[name]][:-1] or "1")
     return 0 if count == 1 else [0] * count
 
 
 def message(kind: str, contents: bytes = b"") -> bytes:
-    """Returns a message: its length, its kind, its contents."""
+    """Encodes a message: its length, its type, and its payload."""
     return struct.pack(">HB", 3 + len(contents), ord(kind)) + contents
 
 
 def packed(names: Sequence[str], values: dict[str, Any]) -> bytes:
-    """Returns a data package with these values."""
+    """Encodes a data package with these values."""
     flat: list[Any] = []
     for name in names:
         value = values.get(name)
@@ -67,7 +67,7 @@ def packed(names: Sequence[str], values: dict[str, Any]) -> bytes:
 
 
 def unpacked(names: Sequence[str], contents: bytes) -> dict[str, Any]:
-    """Returns the values of a data package by name; raises `struct.error` if its length differs."""
+    """Decodes the values of a data package, by name. Raises `struct.error` if its length is wrong."""
     flat = list(struct.unpack(">" + "".join(_FORMATS[TYPES[name]] for name in names), contents))
     found: dict[str, Any] = {}
     for name in names:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Frames of serial servos from the servos' side: decodes requests and encodes answers."""
+"""Frames of serial servos as seen by the servos: decodes requests and encodes answers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ PING, READ, WRITE, REBOOT, SYNC_READ, SYNC_WRITE = 1, 2, 3, 8, 0x82, 0x83
 
 @dataclass(frozen=True)
 class Request:
-    """Request to a servo: its id, the instruction and the bytes; `address` and `length` are decoded from them if the instruction has
+    """Request to a servo: its ID, the instruction and the body; `address` and `length` are decoded from the body if the instruction has
     them."""
 
     id: int
@@ -32,15 +32,16 @@ class Request:
 
     @property
     def rest(self) -> bytes:
-        """Bytes after address and length: ids of a sync read, rows of a sync write."""
+        """Bytes after address and length: the IDs of a sync read, or the rows of a sync write."""
         return self.body[2 * self.width :]
 
 
 class Sts:
-    """Feetech STS: `ff ff id length word … sum`."""
+    """Feetech STS frames: `ff ff id length word … sum`."""
 
     def take(self, stream: bytearray) -> Request | None:
-        """Removes the next complete request from a stream, with any bytes before it, and returns it; None if there is none yet."""
+        """Removes and returns the next complete request from a stream, and discards any bytes before it; returns None if no request is
+        complete yet."""
         while (head := stream.find(b"\xff\xff")) >= 0:
             del stream[:head]
             if len(stream) < 4 or len(stream) < 4 + stream[3]:
@@ -53,18 +54,18 @@ class Sts:
         return None
 
     def answer(self, id: int, error: int, body: bytes) -> bytes:
-        """Returns the frame of an answer."""
+        """Encodes an answer as a frame."""
         inner = bytes([id, len(body) + 2, error]) + body
         return b"\xff\xff" + inner + bytes([~sum(inner) & 0xFF])
 
 
 class Dynamixel2:
-    """Dynamixel 2.0: `ff ff fd 00 id length word … crc`, with `fd` stuffed after header patterns."""
+    """Dynamixel 2.0 frames: `ff ff fd 00 id length word … crc`, with `fd` stuffed after header patterns."""
 
     HEAD = b"\xff\xff\xfd\x00"
 
     def take(self, stream: bytearray) -> Request | None:
-        """Removes and returns a request, like `Sts`."""
+        """Removes and returns the next complete request, like `Sts.take`."""
         while (head := stream.find(self.HEAD)) >= 0:
             del stream[:head]
             if len(stream) < 7:
@@ -81,14 +82,14 @@ class Dynamixel2:
         return None
 
     def answer(self, id: int, error: int, body: bytes) -> bytes:
-        """Returns the frame of an answer."""
+        """Encodes an answer as a frame."""
         inner = (b"\x55" + bytes([error]) + body).replace(b"\xff\xff\xfd", b"\xff\xff\xfd\xfd")
         frame = self.HEAD + bytes([id]) + (len(inner) + 2).to_bytes(2, "little") + inner
         return frame + crc(frame).to_bytes(2, "little")
 
 
 def crc(frame: bytes) -> int:
-    """Returns the CRC-16 of Dynamixel 2.0, bit by bit: x^16 + x^15 + x^2 + 1."""
+    """Returns the CRC-16 of Dynamixel 2.0, computed bit by bit: x^16 + x^15 + x^2 + 1."""
     value = 0
     for byte in frame:
         value ^= byte << 8

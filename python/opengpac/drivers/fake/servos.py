@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Servos on a pseudo terminal that answer like Feetech STS or Dynamixel 2.0 servos, and move."""
+"""Servos on a pseudo-terminal that answer like Feetech STS or Dynamixel 2.0 servos, and move."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class _Table:
 
     frames: type[Sts] | type[Dynamixel2]
     numbers: Mapping[str, int]
-    """Numbers of the models."""
+    """Model numbers by name."""
     set: Mapping[int, tuple[int, int]]
     """Sizes in bytes and initial values of registers, by address."""
     model: int
@@ -58,7 +58,7 @@ _GOALS = range(100, 120)
 
 
 class FakeServo:
-    """A servo: registers, and a first-order motion: each reading of its position reduces the distance to its goal by the fraction
+    """A servo with registers and first-order motion: each time its position is read, the distance to its goal shrinks by the fraction
     `follow`."""
 
     def __init__(self, table: _Table, id: int, number: int, position: int, follow: float) -> None:
@@ -81,12 +81,12 @@ class FakeServo:
         return int.from_bytes(self.registers[address : address + length], "little")
 
     def store(self, address: int, length: int, value: int) -> None:
-        """Sets a register, even if it is read-only."""
+        """Sets a register, even a read-only one."""
         self.registers[address : address + length] = (value & (1 << 8 * length) - 1).to_bytes(length, "little")
 
     @property
     def position(self) -> float:
-        """Position in counts; settable, as by hand."""
+        """Position in counts. Setting it moves the servo as if by hand."""
         return self._position
 
     @position.setter
@@ -106,7 +106,7 @@ class FakeServo:
 
     @property
     def error(self) -> int:
-        """Error bits; settable. Feetech and Dynamixel: 4 is overheat and 32 overload."""
+        """Error bits; can be set. For Feetech and Dynamixel, 4 is overheating and 32 overload."""
         return self.registers[self._table.error]
 
     @error.setter
@@ -119,7 +119,8 @@ class FakeServo:
         return self._table is _DYNAMIXEL and self.registers[_WATCHDOG] == _TRIPPED
 
     def _hear(self, now: float) -> None:
-        """Registers activity on the line. The watchdog stops the servo if the line was silent for its time: it accepts no goals then."""
+        """Records activity on the line. If the line was silent for longer than the watchdog time, the watchdog stops the servo, which
+        then accepts no goals."""
         units, silent = self.registers[_WATCHDOG], now - self._heard
         self._heard = now
         if self._table is _DYNAMIXEL and self.torque and 0 < units < _TRIPPED and silent > units * _WATCHDOG_UNIT:
@@ -127,7 +128,7 @@ class FakeServo:
             self.store(self._table.goal, self._table.wide, round(self._position))
 
     def _answered(self) -> int:
-        """Returns the error in the form of answers."""
+        """Returns the error bits as encoded in answers."""
         return self.error if self._table is _STS else _ALERT * (self.error != 0)
 
     def _read(self, address: int, length: int) -> bytes:
@@ -141,7 +142,7 @@ class FakeServo:
         return bytes(self.registers[address : address + length])
 
     def _write(self, address: int, body: bytes) -> int:
-        """Writes registers; returns the error number of Dynamixel, 0 for Feetech."""
+        """Writes registers; returns the error number for Dynamixel, or 0 for Feetech."""
         table = self._table
         if table is _DYNAMIXEL:
             if address < table.torque and self.torque:
@@ -160,11 +161,11 @@ class FakeServo:
 
 @dataclass
 class FakeServos:
-    """A bus of servos; `port` is for the driver. It ends with `close()`, or the block of its `with`.
+    """A bus of servos; `port` is for the driver. The bus ends with `close()`, or at the end of its `with` block.
 
     `unplug()` disconnects its adapter and `plug()` reconnects it under the same name. `mute` is the number of requests to leave
-    unanswered, `garble` the number of answers to corrupt; each counts down. `requests` counts the requests. `clock` (s) is the time
-    base of the servos' watchdogs.
+    unanswered, `garble` the number of answers to corrupt; each counts down. `requests` is the number of requests received. `clock`
+    (s) is the time base of the servos' watchdogs.
     """
 
     table: _Table
@@ -182,14 +183,14 @@ class FakeServos:
 
     @property
     def port(self) -> str:
-        """Path of the line, a link that stays the same after `plug()`."""
+        """Path of the line: a symbolic link that stays the same after `plug()`."""
         return str(Path(self._folder.name) / "ttyServos")
 
     def __getitem__(self, id: int) -> FakeServo:
         return self.servos[id]
 
     def plug(self) -> None:
-        """Reconnects the adapter; the servos keep their state, without torque."""
+        """Reconnects the adapter; the servos keep their state, but their torque is off."""
         if self._line is None:
             for servo in self.servos.values():
                 servo.registers[self.table.torque] = 0
@@ -266,7 +267,7 @@ class FakeServos:
 
 
 class _Line:
-    """A pseudo terminal, and the thread that serves it."""
+    """A pseudo-terminal, and the thread that serves it."""
 
     def __init__(self, bus: FakeServos) -> None:
         self._bus = bus
@@ -286,7 +287,7 @@ class _Line:
                 self._terminal.write(self._bus._answers(frames, request))
 
     def close(self) -> None:
-        """Ends the thread, then the terminal: a program that has it open sees it disconnect."""
+        """Stops the thread, then closes the terminal; a program that has it open sees a disconnect."""
         self._closing.tell()
         self._thread.join()
         self._terminal.close()
@@ -304,11 +305,11 @@ def servos(
     echo: bool = False,
     clock: Callable[[], float] = time.monotonic,
 ) -> FakeServos:
-    """Servos on a pseudo terminal, for tests of programs for a real arm: `with gpac.drivers.fake.servos("feetech") as bus:`.
+    """Creates servos on a pseudo-terminal, to test programs for a real arm: `with gpac.drivers.fake.servos("feetech") as bus:`.
 
-    `kind` is that of the driver, `model` one of its models, `position` (counts) the initial position; each reading of its position
-    reduces a servo's distance to its goal by the fraction `follow`. `echo`: the adapter echoes what is sent. `clock` is the time base
-    of the watchdogs of Dynamixel servos, s.
+    `kind` is as in the driver, `model` is one of its models, `position` (counts) is the initial position; each time its position is
+    read, a servo's distance to its goal shrinks by the fraction `follow`. `echo`: the adapter echoes sent bytes. `clock` is the time
+    base of the watchdogs of Dynamixel servos, s.
     """
     if kind not in _TABLES:
         refuse(CallError, f"servos of kind {kind!r} are unknown", did_you_mean(str(kind), _TABLES) or f"choose one of {', '.join(_TABLES)}")

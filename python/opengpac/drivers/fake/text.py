@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""A device that communicates in lines of text, for tests: over TCP or a pseudo terminal."""
+"""Test device that communicates in lines of text, over TCP or a pseudo-terminal."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from .ends import SerialEnd, TcpEnd
 
 
 class Text:
-    """A device that communicates in texts; `address` is for `gpac.drivers.text`."""
+    """A device that communicates in lines of text; `address` is for `gpac.drivers.text`."""
 
     def __init__(self, answers: Mapping[str, str], end: str, serial: bool) -> None:
         self.answers = dict(answers)
-        """Answer to each text."""
+        """Answer to each text that the device knows."""
         self._marks = end
         self._heard: list[str] = []
         self._lock = threading.Lock()
@@ -25,7 +25,7 @@ class Text:
 
     @property
     def heard(self) -> list[str]:
-        """Received texts, without their end."""
+        """Received texts, without the terminator."""
         with self._lock:
             return list(self._heard)
 
@@ -35,11 +35,11 @@ class Text:
         return self._end.connected
 
     def say(self, text: str) -> None:
-        """Sends an unsolicited `text` to all connections; appends its end."""
+        """Sends an unsolicited `text` to all clients, with the terminator."""
         self._end.send((text + self._marks).encode("latin-1"))
 
     def start(self) -> Self:
-        """Starts listening."""
+        """Switches the device on."""
         self._end.start()
         return self
 
@@ -48,7 +48,7 @@ class Text:
         self._end.stop()
 
     def close(self) -> None:
-        """Closes the device, like the end of the with-statement."""
+        """Closes the device, like the end of the `with` block."""
         self._end.close()
 
     def __enter__(self) -> Self:
@@ -70,9 +70,10 @@ class Text:
 
 
 def text(*, answers: Mapping[str, str] | None = None, end: str = "\n", serial: bool = False) -> Text:
-    """A device that communicates in texts, for a test: `with gpac.drivers.fake.text(answers={"P": "ST,12.5 kg"}) as scale: …`.
+    """Creates a device that communicates in lines of text, for a test: `with gpac.drivers.fake.text(answers={"P": "ST,12.5 kg"}) as
+    scale: …`.
 
-    It answers according to `answers`, `say()` sends unsolicited texts, and `heard` contains the received texts. Each text ends with
-    `end`. It uses TCP on a port of this host, or with `serial=True` a pseudo terminal. `stop()` and `start()` switch it off and on.
+    It answers according to `answers`; `say()` sends unsolicited texts, and `heard` contains the received texts. Each text ends with
+    `end`. It uses a TCP port of this host, or, with `serial=True`, a pseudo-terminal. `stop()` and `start()` switch it off and on.
     """
     return Text(answers or {}, end, serial)

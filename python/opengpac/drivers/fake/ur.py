@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Emulated controller of Universal Robots: RTDE, dashboard and program ports, with an arm of simple joints behind them."""
+"""Emulated Universal Robots controller: RTDE, dashboard and program ports, with an arm of simple joints behind them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from .urscript import Program, ScriptError
 _number = itertools.count()
 
 LEAP_MAX = 0.05
-"""Maximum distance of a goal from the previous one, rad; a larger one causes a protective stop."""
+"""Maximum distance between consecutive goals, rad; a larger distance causes a protective stop."""
 
 NORMAL, PROTECTIVE, EMERGENCY = 1, 3, 7
 POWER_OFF, RUNNING = 3, 7
@@ -35,15 +35,16 @@ STOPPED, PLAYING, PAUSED = 1, 2, 4
 
 
 class ur:
-    """An emulated controller on an address of this host only, for tests: `with gpac.drivers.fake.ur() as robot: robot.driver()`.
+    """An emulated controller at a loopback address of this host, for tests: `with gpac.drivers.fake.ur() as robot: robot.driver()`.
 
-    Its program port runs the programs sent to it; its arm reaches each goal a cycle later. With `lockstep` (the default) one cycle
-    passes with each package received over RTDE, so that results do not depend on the speed of this machine; without it, 500 pass in a
-    second. It listens on the ports of a real one. A goal more than `leap_max` (rad) from the previous one causes a protective stop.
+    Its program port runs the programs sent to it; its arm reaches each goal one cycle later. With `lockstep` (the default) one cycle
+    elapses with each package received over RTDE, so that results do not depend on the speed of this machine; without it, 500 cycles
+    elapse per second. It listens on the ports of a real controller. A goal more than `leap_max` (rad) from the previous one causes a
+    protective stop.
 
-    Its joints follow exactly, or with `model`, `"ur5e"` or an MJCF file, MuJoCo moves the arm under the loops of a controller; `tool`
-    is attached to its flange and `scene` surrounds it, as for `gpac.robots.load`. Then the force at its tool is the contact force,
-    and the fingers of the tool are its `gripper`, a separate device: `robot.gripper.driver()`.
+    Its joints follow exactly, or with `model`, `"ur5e"` or an MJCF file, MuJoCo simulates the arm with the control loops of a
+    controller; `tool` is attached to its flange and `scene` surrounds it, as for `gpac.robots.load`. With a model, the force at its
+    tool is the contact force, and the fingers of the tool are its `gripper`, a separate device: `robot.gripper.driver()`.
     """
 
     def __init__(
@@ -100,30 +101,30 @@ class ur:
         self.close()
 
     def driver(self, **options: Any) -> Driver:
-        """Returns the driver for it."""
+        """Returns the driver for this controller."""
         return ur_driver(self.host, **options)
 
     @property
     def position(self) -> list[float]:
-        """Positions of its joints, rad."""
+        """Positions of the arm's joints, rad."""
         return self.do(lambda: [*self.arm.q])
 
     @property
     def step_max(self) -> float:
-        """Largest step of a goal between two cycles so far, rad."""
+        """Maximum step of a goal between two cycles so far, rad."""
         return self.do(lambda: self.arm.step_max)
 
     @property
     def gripper(self) -> Gripper:
-        """Gripper at its tool. Raises CallError if there is none."""
+        """Gripper at the arm's tool. Raises `CallError` if the arm has no gripper."""
         found = self.arm.gripper if isinstance(self.arm, SimulatedArm) else None
         if found is None:
             refuse(CallError, "this emulated controller has no gripper", "add one: fake.ur(model='ur5e', tool='two_finger')")
         return found
 
     def sensor(self, name: str) -> list[float]:
-        """Returns the reading of a sensor of its model, in the units of MuJoCo, for example the position of an object in its scene.
-        Raises CallError if its `name` does not exist."""
+        """Returns the reading of the model's sensor `name`, in MuJoCo's units, for example the position of an object in the scene.
+        Raises `CallError` if the sensor does not exist."""
         arm = self.arm
         if not isinstance(arm, SimulatedArm):
             refuse(CallError, f"an arm without a model does not have sensor '{name}'", "add one: fake.ur(model='ur5e')")
@@ -136,15 +137,15 @@ class ur:
         return self.do(lambda: None if self._program is None else self._program.name)
 
     def protective_stop(self) -> None:
-        """Causes a protective stop, as if it had collided."""
+        """Causes a protective stop, as a collision would."""
         self.do(lambda: self.stop_by(PROTECTIVE))
 
     def emergency_stop(self) -> None:
-        """Causes an emergency stop, as if its button were pressed; recover by `release` and `power_on`."""
+        """Causes an emergency stop, as if its button were pressed; recover with `release` and `power_on`."""
         self.do(lambda: self.stop_by(EMERGENCY, POWER_OFF))
 
     def release(self) -> None:
-        """Releases a protective or an emergency stop, as at the pendant."""
+        """Releases a protective or an emergency stop, as on the teach pendant."""
         self.do(self.unlock)
 
     def power_on(self) -> None:
@@ -152,11 +153,11 @@ class ur:
         self.do(self.switch_on)
 
     def stop_program(self) -> None:
-        """Stops the program, as at the pendant."""
+        """Stops the program, as on the teach pendant."""
         self.do(self.end_program)
 
     def pause_program(self) -> None:
-        """Pauses the program, as at the pendant; the arm rests."""
+        """Pauses the program, as on the teach pendant; the arm comes to rest."""
 
         def pause() -> None:
             if self._program is not None:
@@ -166,11 +167,11 @@ class ur:
         self.do(pause)
 
     def press(self, force: Sequence[float]) -> None:
-        """Applies a `force` (N) and, with six numbers, a torque (N.m) to its tool, in the frame of the base."""
+        """Applies a `force` (N) and, with six numbers, a torque (N.m) to the arm's tool, in the base frame."""
         self.do(lambda: setattr(self, "force", [*map(float, force), 0.0, 0.0, 0.0][:6]))
 
     def set_input(self, number: int, level: bool) -> None:
-        """Sets a digital input of its control box."""
+        """Sets a digital input of the control box."""
 
         def store() -> None:
             self.digital_inputs = self.digital_inputs & ~(1 << number) | int(level) << number
@@ -178,11 +179,11 @@ class ur:
         self.do(store)
 
     def output(self, number: int) -> bool:
-        """Returns a digital output of its control box."""
+        """Returns a digital output of the control box."""
         return self.do(lambda: bool(self.digital_outputs >> number & 1))
 
     def off(self) -> None:
-        """Switches the controller off, as by a power failure: each connection is reset, and nothing answers."""
+        """Switches the controller off, as a power failure would: connections are reset, and requests remain unanswered."""
 
         def off() -> None:
             self.stop_by(NORMAL)
@@ -196,7 +197,7 @@ class ur:
         self.do(off)
 
     def on(self, *, powered: bool = True) -> None:
-        """Switches the controller on, with its arm at its previous position, `powered` or not."""
+        """Switches the controller on, with the arm at its previous position, and powered on if `powered`."""
 
         def on() -> None:
             self.mode = RUNNING if powered else POWER_OFF
@@ -217,7 +218,7 @@ class ur:
                 self.arm.close()
 
     def do(self, order: Callable[[], Any]) -> Any:
-        """Executes `order` between two cycles, and returns its result."""
+        """Runs `order` between two cycles, and returns its result."""
         answer: queue.Queue[Any] = queue.Queue()
         self._orders.put((order, answer))
         self._wakes.send(b"\0")
@@ -226,7 +227,7 @@ class ur:
     # The following methods run on the controller's thread.
 
     def stop_by(self, safety: int, mode: int | None = None) -> None:
-        """Stops the arm by the safety system."""
+        """Stops the arm as the safety system would."""
         self.safety = safety
         self.mode = self.mode if mode is None else mode
         self.end_program()
@@ -236,7 +237,7 @@ class ur:
         self.safety = NORMAL
 
     def switch_on(self) -> None:
-        """Switches on power and releases the brakes."""
+        """Powers the arm on and releases the brakes."""
         if self.safety == NORMAL:
             self.mode = RUNNING
 
@@ -246,8 +247,8 @@ class ur:
         self.arm.rest()
 
     def begin_program(self, text: str) -> None:
-        """Starts a program in place of the running one; an invalid one is refused silently, as on a real controller: the log has the
-        reason."""
+        """Starts a program in place of the running one. An invalid program is refused silently, as on a real controller; the reason is
+        logged."""
         if not self.is_remote or self.safety != NORMAL or self.mode != RUNNING:
             self.log.append("a program was refused: the arm is not ready or not in remote control")
             return
@@ -259,7 +260,7 @@ class ur:
             self.log.append(str(why))
 
     def cycle(self) -> None:
-        """Runs one controller cycle: program, arm, packages."""
+        """Runs one controller cycle: program, arm, RTDE packages."""
         self.cycles += 1
         if self._program is not None and self.runtime == PLAYING:
             try:
@@ -278,7 +279,7 @@ class ur:
         self.send_packages()
 
     def send_packages(self, to: Peer | None = None) -> None:
-        """Sends the requested outputs to each client of RTDE, or to one of them."""
+        """Sends the requested outputs to each RTDE client, or only to `to`."""
         peers = [peer for peer in ([*self.peers] if to is None else [to]) if isinstance(peer, Rtde)]
         values = self.values(any(peer.asks_pose for peer in peers))
         for peer in peers:
@@ -300,7 +301,7 @@ class ur:
         }  # fmt: skip
 
     def felt(self) -> list[float]:
-        """Returns force and torque at the tool: contact and applied forces."""
+        """Returns the force and torque at the tool: the sum of contact and applied forces."""
         touched = [*self.arm.touch(), 0.0, 0.0, 0.0]
         return [own + pressed for own, pressed in zip(touched, self.force, strict=True)]
 
@@ -334,7 +335,7 @@ class ur:
         return dict.fromkeys(_WITHOUT_EFFECT, nothing) | found
 
     def _listen_anywhere(self) -> str:
-        """Binds a free address of this host only: the ports are fixed, since clients do not let the user choose them."""
+        """Binds a free loopback address of this host. The ports are fixed, because clients do not let the user choose them."""
         pid = os.getpid()
         for number in itertools.islice(_number, 200):
             try:
@@ -403,4 +404,4 @@ _WITHOUT_EFFECT = (
     "zero_ftsensor", "teach_mode", "end_teach_mode", "enter_critical_section", "force_mode_set_gain_scaling", "force_mode_set_damping",
     "set_gravity", "freedrive_mode", "end_freedrive_mode",
 )  # fmt: skip
-"""Functions of programs that are accepted without effect."""
+"""Functions in programs that are accepted but have no effect."""

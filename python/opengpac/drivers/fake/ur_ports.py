@@ -17,7 +17,7 @@ _VERSION = (5, 12, 0, 1101319)
 
 
 class Controller(Protocol):
-    """Functions of the controller used by its ports."""
+    """Functions of the controller that its ports use."""
 
     safety: int
     mode: int
@@ -44,7 +44,7 @@ class Controller(Protocol):
 
 
 class Peer:
-    """One connection."""
+    """A client's connection."""
 
     def __init__(self, robot: Controller, connection: socket.socket) -> None:
         self.robot, self.socket = robot, connection
@@ -68,19 +68,19 @@ class Peer:
         return True
 
     def taken(self) -> None:
-        """Handles new data in the buffer."""
+        """Handles new data in the receive buffer."""
 
     def gone(self) -> None:
-        """Handles a close by the other end."""
+        """Handles a disconnect by the peer."""
 
     def send(self, contents: bytes) -> None:
-        """Sends as much as the connection accepts: a client that does not read loses packages, as with a real controller."""
+        """Sends as much as the connection accepts. A client that does not read loses packages, as with a real controller."""
         with contextlib.suppress(OSError):
             self.socket.sendall(contents)
 
 
 class Rtde(Peer):
-    """A client of RTDE."""
+    """An RTDE client."""
 
     def __init__(self, robot: Controller, connection: socket.socket) -> None:
         super().__init__(robot, connection)
@@ -91,7 +91,7 @@ class Rtde(Peer):
 
     @property
     def asks_pose(self) -> bool:
-        """True if the client requests the pose of the tool, which then must be computed."""
+        """True if the client requests the tool pose, which must then be computed."""
         return any("TCP_pose" in name for name in self._outputs)
 
     def send_package(self, values: dict[str, Any]) -> None:
@@ -141,12 +141,12 @@ class Rtde(Peer):
 
 
 def _names(contents: bytes) -> list[str]:
-    """Returns the requested names; one widely used client ends the list with a comma."""
+    """Returns the requested names. Tolerates a trailing comma, which one widely used client sends."""
     return [name for name in contents.decode(errors="replace").split(",") if name]
 
 
 class Dashboard(Peer):
-    """Client of the dashboard."""
+    """A dashboard client."""
 
     _MODES: ClassVar = {3: "POWER_OFF", 5: "IDLE", 7: "RUNNING"}
     _SAFETY: ClassVar = {1: "NORMAL", 3: "PROTECTIVE_STOP", 7: "ROBOT_EMERGENCY_STOP"}
@@ -214,7 +214,7 @@ class Dashboard(Peer):
 
 
 class Scripts(Peer):
-    """Client that sends programs. A program ends with a line 'end' at its first column."""
+    """A client that sends programs. A program ends with a line `end` that is not indented."""
 
     def taken(self) -> None:
         text = self._buffer.decode(errors="replace").replace("\r", "")

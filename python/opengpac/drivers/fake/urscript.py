@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Programs of a Universal Robots controller, run cycle by cycle: enough of URScript for programs that follow registers.
+"""Universal Robots programs, run cycle by cycle. Supports as much of URScript as programs that follow registers need.
 
-A program becomes a Python generator that advances once per controller cycle. Functions of the controller that take time are
-generators too. Variables that are not `local` are global, as in URScript, whose nested functions see the variables of their program.
+A program becomes a Python generator that advances once per controller cycle. Controller functions that take time are generators too.
+Variables that are not `local` are global, as in URScript, whose nested functions see the variables of their program.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Steps = Generator[None, None, Any]
 
 
 class ScriptError(Exception):
-    """A program that the controller refuses, or that fails; the text is that on the pendant."""
+    """Raised if the controller refuses a program or the program fails; the text is the one that the teach pendant shows."""
 
 
 class _Halt(Exception):
@@ -24,7 +24,7 @@ class _Halt(Exception):
 
 
 class Program:
-    """A running program: `step` advances its threads, then itself; returns False when it has ended."""
+    """A running program. `step` advances its threads, then the program itself, and returns False when it has ended."""
 
     def __init__(self, text: str, builtins: Mapping[str, Callable[..., Any]], lasting: Mapping[str, Callable[..., Steps]]) -> None:
         self._threads: list[Steps] = []
@@ -55,7 +55,7 @@ class Program:
         return {"_halt": halt, "_run": run, "_kill": kill, "_join": join, "p": _PoseLiteral()}
 
     def step(self) -> bool:
-        """Advances by one cycle; raises `ScriptError` if it fails."""
+        """Advances the program by one cycle; raises `ScriptError` if it fails."""
         try:
             for thread in [*self._threads]:
                 try:
@@ -97,7 +97,7 @@ _WORDS = [
 
 
 def _statements(text: str) -> list[str]:
-    """Returns the lines of a program without comments. A value may follow on the line after its `=`, before another statement."""
+    """Returns the statements of a program, one per line, without comments. A value may be on the line after its `=`."""
     text = "\n".join(re.sub(r'^((?:[^"#]|"[^"]*")*)#.*$', r"\1", line).rstrip() for line in text.splitlines())
     text = re.sub(r"(?<![=!<>])=\s*\n\s*", "= ", text)
     text = re.sub(r"(\S)[ \t]+(global|local)\b", r"\1\n\2", text)
@@ -105,7 +105,7 @@ def _statements(text: str) -> list[str]:
 
 
 def _translated(text: str, lasting: set[str]) -> tuple[ast.Module, str]:
-    """Translates a program into a module of generators; returns it with the name of the program's generator."""
+    """Translates a program into a module of generators; returns the module and the name of the program's generator."""
     lines: list[str] = []
     depth, locals_of, functions = 0, [], set()
     for line in _statements(text):
@@ -139,8 +139,8 @@ def _translated(text: str, lasting: set[str]) -> tuple[ast.Module, str]:
 
 
 class _Generators(ast.NodeTransformer):
-    """Turns each function into a generator, each call that may take time into `yield from`, and each variable that is not local into a
-    global."""
+    """Turns each function into a generator, each call that may take time into a `yield from`, and each variable that is not local into a
+    global one."""
 
     def __init__(self, lasting: set[str], local: set[str]) -> None:
         self._lasting, self._local = lasting, local

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Memory layout that a driver in C and this system share, as `opengpac_driver.h` declares it; a test compares both.
+//! Memory layout shared by a driver in C and this system, as declared in `opengpac_driver.h`; a test compares the two.
 use std::ffi::{c_char, c_void};
 
 /// Version of this layout.
 pub const ABI: u32 = 1;
-/// Name of the function that a file of drivers exports.
+/// Name of the function that a file with drivers exports.
 pub const SYMBOL: &str = "opengpac_driver_file";
 
 /// Kinds of items of a declaration.
@@ -36,7 +36,7 @@ pub mod class {
     pub const WORKER: u32 = 1;
 }
 
-/// Agents that bring about the safe state of a driver.
+/// Agents that bring a device to its safe state.
 pub mod by {
     pub const DRIVER: u32 = 1;
     pub const GUARD: u32 = 2;
@@ -44,7 +44,7 @@ pub mod by {
     pub const END: u32 = 8;
 }
 
-/// Cause of a failure; null on success.
+/// Cause of a failure; null after success.
 pub type Cause = *const c_char;
 
 #[derive(Clone, Copy)]
@@ -149,7 +149,8 @@ pub struct Driver {
     pub handles: Option<unsafe extern "C" fn(*mut c_void, *mut Host) -> Cause>,
     pub service: Option<unsafe extern "C" fn(*mut c_void, *mut Host, *const c_char) -> Cause>,
     pub scan: Option<unsafe extern "C" fn(*mut Host) -> Cause>,
-    /// Drivers built before this field existed end in front of it. `i64::MIN` stands for the time of the read.
+    /// Returns the time of the readings; `i64::MIN` represents the time of the read. In drivers built before this field existed, the
+    /// structure ends before it.
     pub taken: Option<unsafe extern "C" fn(*mut c_void) -> i64>,
 }
 
@@ -167,7 +168,7 @@ pub struct Module {
 /// Returns the text at an address; empty if the address is null.
 ///
 /// # Safety
-/// The address is null, or its text ends with a 0.
+/// The address is null, or points to a NUL-terminated text.
 pub unsafe fn text(at: *const c_char) -> String {
     if at.is_null() {
         return String::new();

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Requests and reports of a driver to the system that calls it, and the values of its channels.
+//! Requests and reports that a driver makes to the system that calls it, and the values of its channels.
 use crate::abi::{self, Channel, Handle, Part, Slot};
 use std::ffi::{CStr, CString};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Functions that `make`, services, `handles` and `scan` may call.
+/// Interface to the system, for use in `make`, services, `handles` and `scan`.
 pub struct Host(pub(crate) *mut abi::Host);
 
 impl Host {
@@ -33,36 +33,36 @@ impl Host {
         unsafe { abi::text(((*self.0).json)(self.0, name.as_ptr())) }
     }
 
-    /// Returns the length of a list.
+    /// Returns the length of a list option.
     pub fn length(&mut self, name: &CStr) -> i64 {
         // SAFETY: as above.
         unsafe { ((*self.0).length)(self.0, name.as_ptr()) }
     }
 
-    /// Returns the number at an index of a list, counted from 0.
+    /// Returns the number at an index (from 0) in a list option.
     pub fn number_at(&mut self, name: &CStr, index: i64) -> f64 {
         // SAFETY: as above.
         unsafe { ((*self.0).number_at)(self.0, name.as_ptr(), index) }
     }
 
-    /// Returns the text at an index of a list, counted from 0.
+    /// Returns the text at an index (from 0) in a list option.
     pub fn text_at(&mut self, name: &CStr, index: i64) -> String {
         // SAFETY: as above; the host returns a text.
         unsafe { abi::text(((*self.0).text_at)(self.0, name.as_ptr(), index)) }
     }
 
-    /// Returns the counter of a declared name; called in `make`.
+    /// Returns the counter with a declared name; called in `make`.
     pub fn counter(&mut self, name: &CStr) -> Counter {
         // SAFETY: as above.
         Counter(unsafe { ((*self.0).counter)(self.0, name.as_ptr()) }.cast())
     }
 
-    /// Adds a channel that is read, named `"part.channel"`, of a type of C.
+    /// Adds a read channel with a C type, named `"part.channel"`.
     pub fn reads(&mut self, of: &CStr, name: &CStr, doc: &CStr, unit: &CStr) -> Slot {
         self.channel(0, of, name, doc, unit, 0.0)
     }
 
-    /// Adds a channel that is written, with its safe value.
+    /// Adds a write channel with its safe value.
     pub fn writes(&mut self, of: &CStr, name: &CStr, safe: f64, doc: &CStr, unit: &CStr) -> Slot {
         self.channel(1, of, name, doc, unit, safe)
     }
@@ -74,12 +74,12 @@ impl Host {
         unsafe { ((*self.0).channel)(self.0, &channel) }
     }
 
-    /// Makes a joint of four channels: its position, velocity and bias, and the effort that moves it.
+    /// Adds a joint with four channels: its position, velocity and bias, and the effort that moves it.
     pub fn joint(&mut self, name: &CStr, kp: f64, kd: f64) {
         self.part(name, Part { kp, kd, ..Part::HINGE });
     }
 
-    /// Makes a joint with its limits: `host.part(c"belt", Part { speed_max: 2.0, ..Part::SLIDE })`.
+    /// Adds a joint with its limits: `host.part(c"belt", Part { speed_max: 2.0, ..Part::SLIDE })`.
     pub fn part(&mut self, name: &CStr, part: Part) {
         let part = Part { name: name.as_ptr(), ..part };
         // SAFETY: as above; the host copies it.
@@ -92,7 +92,7 @@ impl Host {
         unsafe { ((*self.0).watchdog)(self.0, ns) };
     }
 
-    /// Adds bytes that are written to a descriptor after this process has exited; called in `handles`. With `latches`, they stay in force
+    /// Adds bytes to be written to a descriptor after this process has exited; called in `handles`. With `latches`, they stay in force
     /// until a driver opens the device again.
     pub fn safe_handle(&mut self, descriptor: i32, offset: u64, bytes: &[u8], latches: bool) {
         let (size, length) = (size_of::<Handle>() as u32, bytes.len() as u32);
@@ -117,7 +117,7 @@ impl Host {
 }
 
 impl Part {
-    /// A hinge without limits, in rad and N.m.
+    /// A revolute joint without limits, in rad and N.m.
     pub const HINGE: Part = Part {
         size: size_of::<Part>() as u32,
         is_slide: 0,
@@ -132,7 +132,7 @@ impl Part {
         kp: 0.0,
         kd: 0.0,
     };
-    /// A slide without limits, in m and N.
+    /// A prismatic joint without limits, in m and N.
     pub const SLIDE: Part = Part { is_slide: 1, ..Part::HINGE };
 }
 
@@ -171,7 +171,7 @@ impl Readings {
     }
 }
 
-/// Commands, and flags of those that a running verb gives.
+/// Commands, and flags that indicate which of them are claimed by a running verb.
 pub struct Commands(pub(crate) *const u8, pub(crate) *const u8);
 
 impl Commands {

@@ -1,4 +1,5 @@
-//! One axis that follows its effort, x' = gain u: adapt it to your machine. Leave the other files of this folder unchanged.
+//! A driver with one axis that follows its effort, x' = gain u. Adapt it to your machine, and leave the other files in this folder
+//! unchanged.
 #[allow(dead_code)]
 mod abi;
 mod opengpac_driver;

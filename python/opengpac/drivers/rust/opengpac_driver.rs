@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A driver in Rust, the counterpart of `opengpac_driver.h` in C: a struct with the trait [`Driver`], and one [`export`] in its crate.
-//! Its contract is that of the header: `read` and `write` are bounded and neither allocate, lock nor wait, unless its items contain
-//! `worker()`.
+//! A driver in Rust, the counterpart of `opengpac_driver.h` in C: a struct that implements the trait [`Driver`], and one [`export`] in
+//! its crate. Its contract is that of the header: `read` and `write` are bounded and neither allocate, lock nor block, unless its items
+//! contain `worker()`.
 #![allow(dead_code, unused_imports, clippy::missing_safety_doc)]
 use crate::abi::{self, Cause, Module};
 use host::c_text;
@@ -18,7 +18,7 @@ pub use crate::abi::{Item, Part, Slot};
 pub use host::{Commands, Counter, Host, Readings};
 pub use items::*;
 
-/// Result of a driver's function; the error is the cause, for people.
+/// Result of a driver's function; the error is the cause, as text for people.
 pub type Done = Result<(), String>;
 
 pub trait Driver: Sized + Send {
@@ -26,52 +26,52 @@ pub trait Driver: Sized + Send {
     const DOC: &'static CStr;
     /// Manual of the driver: options, safe state, counters, services.
     const ITEMS: &'static [Item];
-    /// True if the driver looks for devices, with [`Driver::scan`].
+    /// True if the driver can search for devices with [`Driver::scan`].
     const SCANS: bool = false;
 
     /// Creates the driver, its channels and its parts from the options. Does not access the machine.
     fn make(host: &mut Host) -> Result<Self, String>;
-    /// Connects to the machine, once before the first exchange.
+    /// Connects to the machine; called once, before the first exchange.
     fn open(&mut self, _now_ns: i64) -> Done {
         Ok(())
     }
-    /// Reads from the machine at the start of each firing. An error means that the device is lost.
+    /// Reads from the machine at the start of each firing. After an error, the device is lost.
     fn read(&mut self, release_ns: i64, readings: Readings) -> Done;
-    /// Returns the time at which the machine took its readings, on the clock of `release_ns`; called after each `read`. If nothing new
-    /// has arrived, it returns the previous time, and the channel `age` of its device grows. `None`, the default, stands for the time of
-    /// the read.
+    /// Returns the time at which the machine took its readings, on the clock of `release_ns`; called after each `read`. If no new
+    /// readings have arrived, it returns the previous time, and the channel `age` of the device grows. `None`, the default, represents
+    /// the time of the read.
     fn taken_ns(&self) -> Option<i64> {
         None
     }
     /// Writes to the machine at the end of each firing.
     fn write(&mut self, release_ns: i64, commands: Commands) -> Done;
-    /// Brings all outputs to their safe state now.
+    /// Brings all outputs to their safe state immediately.
     fn safe_state(&mut self);
     /// Declares, with `host.safe_handle`, the bytes that the guard writes after this process has exited; called once after `open`.
     fn handles(&mut self, _host: &mut Host) -> Done {
         Ok(())
     }
-    /// Returns the object that carries out the services of the items; called once after `make`.
+    /// Returns the object that carries out the declared services; called once after `make`.
     fn services(&self) -> Option<Arc<dyn Services>> {
         None
     }
-    /// Looks for devices that the options could open, without moving anything, and reports them with `host.found`.
+    /// Searches for devices that could be opened, as defined by the options, without moving anything, and reports them with `host.found`.
     fn scan(_host: &mut Host) -> Done {
         Ok(())
     }
 }
 
-/// Services of a driver, called from another thread while the driver exchanges. State shared with the driver is atomic, or behind a lock
-/// that `read` and `write` only try to take.
+/// Services of a driver, called from another thread while the driver exchanges. State shared with the driver must be atomic, or protected
+/// by a lock that `read` and `write` only try to take.
 pub trait Services: Send + Sync {
     /// Carries out a service. Its arguments are read like options, and its answer is set with `host.answer`.
     fn serve(&self, service: &str, host: &mut Host) -> Done;
 }
 
-/// Memory of a driver, all 0 before it is made. One half belongs to the cycle, the other to the threads of services.
+/// Memory of a driver, all zeros before the driver is created. One half belongs to the cycle, the other to the threads of services.
 struct Place<T> {
     cycle: Cycle<T>,
-    /// Null, or the object that carries out services.
+    /// Object that carries out services, or null.
     services: *mut Arc<dyn Services>,
 }
 
@@ -91,13 +91,13 @@ impl<T: Driver> Cycle<T> {
         unsafe { &mut (*memory.cast::<Place<T>>()).cycle }
     }
 
-    /// Returns the driver; `None` if it was not made or is closed.
+    /// Returns the driver; `None` if it was not created or is closed.
     fn driver(&mut self) -> Option<&mut T> {
         // SAFETY: the pointer is null or from `make`.
         unsafe { self.driver.as_mut() }
     }
 
-    /// Returns the cause, which is valid until the next one.
+    /// Converts a result to its cause, which is valid until the next cause.
     fn cause(&mut self, done: Done) -> Cause {
         let Err(why) = done else { return std::ptr::null() };
         self.forget();
@@ -113,7 +113,7 @@ impl<T: Driver> Cycle<T> {
     }
 }
 
-/// Returns the cause of a call outside the cycle.
+/// Converts the result of a call off the cycle to its cause.
 fn told(done: Done) -> Cause {
     let Err(why) = done else { return std::ptr::null() };
     TOLD.with_borrow_mut(|told| {
@@ -222,7 +222,7 @@ unsafe extern "C" fn table<T: Driver>() -> *const abi::Driver {
     }))
 }
 
-/// Returns the declaration of a file with this driver.
+/// Returns the declaration of a file that contains this driver.
 pub fn file<T: Driver>() -> *const Module {
     let drivers: &'static [unsafe extern "C" fn() -> *const abi::Driver] = Box::leak(Box::new([table::<T> as unsafe extern "C" fn() -> _]));
     let size = size_of::<Module>() as u32;

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""MJCF files of third-party arms: corrects defects that keep an arm from moving, each with a note.
+"""MJCF files of third-party arms: corrects defects that prevent an arm from moving, each with a note.
 
-A separate process checks a file (`survey`), since some files crash MuJoCo. A file that it cannot read is left unchanged: the driver
-reports the error, except for malformed XML: MuJoCo names the line at which the element around the error begins.
+A separate process checks a file (`survey`), because some files crash MuJoCo. A file that MuJoCo cannot read is left unchanged, and
+the driver reports the error. Malformed XML is reported here, because MuJoCo gives the line at which the enclosing element begins.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from ..urdf.source import Source, check_xml, parsed
 
 _SURVEY = Path(__file__).parent / "survey.py"
 WAIT_S = 600.0
-"""Time limit of one survey on a busy machine; its processor time has a limit of its own (`survey.SECONDS_MAX`)."""
+"""Time limit of one survey on a busy machine, s; its processor time has a separate limit (`survey.SECONDS_MAX`)."""
 
 
 def put_right(file: Path, is_whole: bool = False) -> tuple[str | None, tuple[str, ...], frozenset[str]]:
-    """Returns the model to simulate instead of a file, or None if the file is used unchanged, the notes on changes, and the joints with
-    dry friction or followers. With `is_whole` it always returns the model. Raises `DeviceFailed` for a file that is not XML, and for
-    one with a number that is impossible for a joint or body."""
+    """Returns the model to simulate instead of a file, or None if the file is used unchanged; the notes on the changes; and the joints
+    with dry friction or mimic joints. With `is_whole` it always returns the model. Raises `DeviceFailed` for a file that is not XML,
+    or that contains a number that is impossible for a joint or body."""
     try:
         command = [sys.executable, _SURVEY, file, *(["--whole"] if is_whole else [])]
         run = subprocess.run(command, capture_output=True, timeout=WAIT_S, check=False)
@@ -42,7 +42,8 @@ def put_right(file: Path, is_whole: bool = False) -> tuple[str | None, tuple[str
 
 
 def check_numbers(file: Path) -> None:
-    """Refuses an MJCF file, or one that it includes, because of an impossible number; leaves malformed XML to its reader."""
+    """Refuses an MJCF file because of an impossible number in it or in a file that it includes. Malformed XML is left to MuJoCo to
+    report."""
     seen: set[Path] = set()
     waiting = [file]
     while waiting:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Checks an MJCF file and prints, as JSON, the model to simulate in its place (null: the file itself) and the changes.
 
-It runs as a program, `python survey.py FILE`, in a separate process, and imports nothing from OpenGPAC.
+Runs as a program, `python survey.py FILE`, in a separate process, and imports nothing from OpenGPAC.
 """
 
 from __future__ import annotations
@@ -23,27 +23,27 @@ mujoco: Any = importlib.import_module("mujoco")
 POSES = 64
 """Number of poses to check in addition to the home pose."""
 TURN, SLIDE = np.pi, 0.5
-"""Range to check of a joint without limits, rad and m in both directions."""
+"""Range to check for a joint without limits: plus and minus this, rad and m."""
 ACCELERATION = 5.0
-"""Design acceleration of a motor without a limit of its own, for all joints at once, rad/s^2 or m/s^2."""
+"""Acceleration for which a motor without a limit is sized, for all joints at once, rad/s^2 or m/s^2."""
 RESERVE = 2.0
-"""Effort of such a motor as a multiple of the required one."""
+"""Effort of such a motor, as a multiple of the required effort."""
 DAMPING_MAX = 1e6
-"""Damping above which a joint is locked: no motor moves it."""
+"""Damping above which a joint counts as locked: no motor is added to it."""
 MASS_MIN, INERTIA_MIN = 1e-3, 1e-6
-"""Mass and moment of inertia of a body whose only shape is left out, kg and kg.m^2."""
+"""Mass and moment of inertia of a body whose only shape is removed, kg and kg.m^2."""
 SECONDS_MAX = 60
-"""Limit of the processor time of one survey, s."""
+"""Limit on the processor time of one survey, s."""
 NUMBER_MAX = 1e10
-"""Limit above which MuJoCo itself regards numbers as a failed simulation."""
+"""Limit above which MuJoCo itself considers the simulation to have diverged."""
 STOP = 1e-3
-"""Distance from its end at which a joint rests on a stop, rad or m."""
+"""Distance from the end of its range within which a joint is considered to rest on its stop, rad or m."""
 _KINDS = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
-"""Joints of an arm. They are integers, since MuJoCo's tuples do not contain NumPy numbers."""
+"""Kinds of joints of an arm. They are plain integers, because NumPy integers are not found in a tuple of MuJoCo's enumerators."""
 
 
 def main(file: Path, is_whole: bool) -> None:
-    """Prints `[text or null, notes, joints that dry friction or followers hold back]`; with `is_whole` the text in any case.
+    """Prints `[text or null, notes, joints that dry friction or mimic joints hold back]`; with `is_whole`, always the text.
 
     If the model has an impossible number, prints a sentence about it instead.
     """
@@ -61,7 +61,7 @@ def main(file: Path, is_whole: bool) -> None:
 
 
 def _compiled(spec: Any) -> tuple[Any, list[str]]:
-    """Compiles a model. Meshes that are not there, or that MuJoCo cannot read, are left out one by one: an arm moves without its skin."""
+    """Compiles a model. Removes meshes that are missing or that MuJoCo cannot read, one by one, because an arm can move without them."""
     notes: list[str] = []
     while True:
         try:
@@ -81,7 +81,7 @@ def _compiled(spec: Any) -> tuple[Any, list[str]]:
 
 
 def _blamed(spec: Any, problem: str) -> Any:
-    """Returns the mesh that a message of MuJoCo is about, by its name or its file; None if it is about something else."""
+    """Returns the mesh to which a message of MuJoCo refers, by its name or its file; None if the message is about something else."""
     if not re.search("mesh|vert|face|opening file", problem, re.IGNORECASE):
         return None
     named = re.findall(r"'([^']*)'", problem)
@@ -90,7 +90,8 @@ def _blamed(spec: Any, problem: str) -> Any:
 
 
 def _impossible(spec: Any, model: Any) -> str | None:
-    """Returns a sentence about a mass or an inertia, as computed from sizes and densities, that makes simulation impossible."""
+    """Returns a sentence about a mass or an inertia, computed from sizes and densities, that makes simulation impossible; None if there
+    is no such value."""
     for body in spec.bodies:
         if not 0.0 <= model.body_mass[body.id] <= NUMBER_MAX:
             return f"body '{body.name}' has an invalid mass, {model.body_mass[body.id]:g} kg"
@@ -100,14 +101,14 @@ def _impossible(spec: Any, model: Any) -> str | None:
 
 
 def _held_back(spec: Any, model: Any) -> list[str]:
-    """Returns the joints with dry friction and those with followers."""
+    """Returns the joints with dry friction, and those with mimic joints."""
     led = {equality.name2 for equality in spec.equalities if equality.type == mujoco.mjtEq.mjEQ_JOINT}
     rubs = {joint.name for joint in spec.joints if joint.type in _KINDS and model.dof_frictionloss[model.jnt_dofadr[joint.id]] > 0.0}
     return sorted(name for name in led | rubs if name)
 
 
 def _text(spec: Any, folder: Path) -> str:
-    """Returns the model with absolute file paths, since it is read from another folder."""
+    """Returns the model with absolute file paths, because it is read from another folder."""
     spec.compile()
     root = ElementTree.fromstring(spec.to_xml())
     folders = {"texture": "", "other": ""}
@@ -124,7 +125,7 @@ def _text(spec: Any, folder: Path) -> str:
 
 
 def _give_motors(spec: Any, model: Any) -> list[str]:
-    """Adds a motor to every joint, except followers and locked joints. Removes the constraints by which mocap bodies lead other bodies."""
+    """Adds a motor to every joint except mimic and locked joints. Removes the constraints by which mocap bodies move other bodies."""
     notes = []
     leaders = {body.name for body in spec.bodies if body.mocap}
     for equality in [equality for equality in spec.equalities if {equality.name1, equality.name2} & leaders]:
@@ -150,7 +151,7 @@ def _give_motors(spec: Any, model: Any) -> list[str]:
 
 
 def _efforts(model: Any) -> Any:
-    """Returns for each joint the effort that holds it against gravity, springs and friction and accelerates it, with a reserve."""
+    """Returns for each joint the effort required to hold it against gravity, springs and friction and to accelerate it, with a reserve."""
     data, most = mujoco.MjData(model), np.zeros(model.nv)
     inertia = np.zeros((model.nv, model.nv))
     for _ in _poses(model, data):
@@ -162,7 +163,7 @@ def _efforts(model: Any) -> Any:
 
 
 def _poses(model: Any, data: Any) -> Any:
-    """Moves the arm to its home, then to poses distributed evenly over the ranges, and yields the number of each."""
+    """Moves the arm to its home, then to poses distributed evenly over the ranges, and yields the index of each pose."""
     home = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, "home")
     mujoco.mj_resetDataKeyframe(model, data, home)
     joints = [j for j in range(model.njnt) if model.jnt_type[j] in _KINDS]
@@ -183,7 +184,7 @@ def _poses(model: Any, data: Any) -> Any:
 
 
 def exclude_touching(spec: Any, model: Any) -> list[str]:
-    """Excludes the pairs of links in contact at home; MuJoCo excludes neighbours itself."""
+    """Excludes the pairs of links in contact at home; MuJoCo itself excludes neighbours."""
     driven = {int(model.actuator_trnid[a][0]) for a in range(model.nu) if model.actuator_trntype[a] == mujoco.mjtTrn.mjTRN_JOINT}
     trees = {int(model.body_treeid[model.jnt_bodyid[j]]) for j in driven}
     data = mujoco.MjData(model)
@@ -204,7 +205,8 @@ def exclude_touching(spec: Any, model: Any) -> list[str]:
 
 
 def _limit() -> None:
-    """Limits this process to a minute, 8 GiB and half of the machine's memory, like the driver: sizes in a file may be arbitrary."""
+    """Limits this process to a minute of processor time, and to 8 GiB or half of the machine's memory, whichever is less, as in the
+    driver, because sizes in a file may be arbitrary."""
     bytes_max = min(8 << 30, os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2)
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_AS, (bytes_max, bytes_max))
@@ -212,9 +214,10 @@ def _limit() -> None:
 
 
 def too_weak(model: Any) -> list[str]:
-    """Returns notes on the joints that cannot hold the arm at its home: gravity exceeds their motor, and they are not at a stop.
+    """Returns notes on the joints that cannot hold the arm at its home because gravity exceeds the effort of their motor, unless they
+    rest on a stop.
 
-    Includes those that cannot move, since their dry friction is at least the full effort of their motor.
+    Includes joints that cannot move because their dry friction is at least the full effort of their motor.
     """
     data = mujoco.MjData(model)
     next(_poses(model, data))
@@ -241,7 +244,7 @@ def too_weak(model: Any) -> list[str]:
 
 
 def _strengths(model: Any) -> dict[int, float]:
-    """Returns for each joint with a motor its maximum effort."""
+    """Returns the maximum effort of each joint with a motor."""
     most: dict[int, float] = {}
     for a in range(model.nu):
         if model.actuator_trntype[a] != int(mujoco.mjtTrn.mjTRN_JOINT):

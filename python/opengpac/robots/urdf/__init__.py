@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Converts arms described in URDF to MJCF models with motors.
 
-MuJoCo reads the file. First, common defects that MuJoCo refuses are corrected, each with a note (`cleaning`, `meshes`). Afterwards,
+MuJoCo reads the file. First, common defects that MuJoCo rejects are corrected, each with a note (`cleaning`, `meshes`). Afterwards,
 data that URDF cannot express are added: a motor for each joint, a site `tool` at the flange, and the contents of an SRDF file
 (`srdf`).
 """
@@ -26,11 +26,11 @@ from .source import Source as Source
 _logger = logging.getLogger("opengpac")
 
 MASS_MIN = 1e-3
-"""Mass of a moving link whose file states none, and that has no shape from which to compute it, kg."""
+"""Mass of a moving link that has neither a specified mass nor a shape from which to compute it, kg."""
 INERTIA_MIN = 1e-6
 """Minimum moment of inertia of a moving link, kg.m^2."""
 JOINTS_TOLD = 5
-"""Maximum number of joints in a refusal."""
+"""Maximum number of joints that a refusal lists."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class ConvertedArm:
     """An arm's URDF file, converted.
 
     `text` is the MJCF model, `speeds` the maximum speed of each joint that has one (rad/s or m/s), `notes` the corrections, one
-    sentence each, `held_back` the joints with dry friction or followers, `joints` those of the selected group (empty without one),
+    sentence each, `held_back` the joints with dry friction or mimic joints, `joints` those of the selected group (empty without one),
     `groups` and `states` those of the SRDF file, `interfaces` the declarations of joints in `ros2_control` tags.
     """
 
@@ -53,7 +53,7 @@ class ConvertedArm:
 
 
 def is_urdf(file: Path) -> bool:
-    """Returns whether a file is URDF, by its name or its beginning."""
+    """Returns whether a file is URDF, judging by its name or its first bytes."""
     return file.suffix in (".urdf", ".xacro") or root_tag(file) == "robot"
 
 
@@ -64,11 +64,11 @@ def convert(
     group: str | None = None,
     self_collision: bool = False,
 ) -> ConvertedArm:
-    """Converts a URDF file; searches for packages in `package_paths` first.
+    """Converts a URDF file; `package_paths` is searched for packages first.
 
-    `semantic` is its SRDF file, or whether to read the one next to it, `group` the group of it whose joints form the arm,
-    `self_collision` whether its links collide with each other, except for neighbours and the pairs of the SRDF file. Raises
-    `DeviceFailed` if MuJoCo cannot read the result, `UnknownName` for a group that the SRDF file lacks.
+    `semantic` is its SRDF file, or whether to read the one next to it; `group` is the group in that file whose joints form the arm;
+    `self_collision` specifies whether its links collide with each other, except for neighbours and the pairs that the SRDF file
+    excludes. Raises `DeviceFailed` if MuJoCo cannot read the result, `UnknownName` for a group that the SRDF file lacks.
     """
     try:
         mujoco: Any = importlib.import_module("mujoco")
@@ -101,7 +101,7 @@ def convert(
 
 
 def _refuse_still(source: Source) -> NoReturn:
-    """Refuses a file without a joint that a motor could move, with the reason for each joint."""
+    """Refuses a file without a joint that a motor could move, and gives the reason for each joint."""
     joints = source.root.findall("joint")
     if not joints:
         source.refuse(source.root, "the robot has no joint", "add a revolute, continuous or prismatic joint")
@@ -113,9 +113,9 @@ def _refuse_still(source: Source) -> NoReturn:
 
 
 def _semantics(source: Source, semantic: Path | bool, packages: packages.Packages) -> srdf.Semantics:
-    """Returns the semantics of the SRDF file that is passed or found next to the URDF file, and logs it.
+    """Returns the semantics from the SRDF file that is passed, or found next to the URDF file, and logs which file it is.
 
-    An invalid file found there is ignored with a note, since it was not requested.
+    An invalid file that was only found is ignored with a note, because it was not requested.
     """
     if isinstance(semantic, Path):
         return srdf.read(semantic, source, packages)
@@ -138,7 +138,8 @@ def _semantics(source: Source, semantic: Path | bool, packages: packages.Package
 
 
 def _balanced(text: str) -> str:
-    """Returns the model with `balanceinertia`, which MuJoCo does not write: inertias of URDF files violate A + B >= C by rounding."""
+    """Returns the model with the attribute `balanceinertia`, which MuJoCo does not write. It is needed because inertias in URDF files
+    violate A + B >= C by rounding."""
     root = ElementTree.fromstring(text)
     compiler = root.find("compiler")
     if compiler is None:

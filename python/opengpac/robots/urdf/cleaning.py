@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Repair of robot files that MuJoCo refuses or misreads: they are corrected according to the URDF specification, each time with a note."""
+"""Repairs robot files that MuJoCo rejects or misreads. Corrections follow the URDF specification, and each is noted."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from .source import Source
 from .structure import MOVING
 
 _READ = ("link", "joint", "mujoco")
-"""Elements used from a file; materials, transmissions, plugins and `ros2_control` are ignored."""
+"""Elements that are read from a file; materials, transmissions, plugins and `ros2_control` are ignored."""
 _PRODUCTS = numbers.MOMENTS[3:]
 
 BALL_M = 0.05
-"""Radius of the ball that defines the inertia of a link with only a mass, m."""
+"""Radius of the ball used for the inertia of a link for which only a mass is specified, m."""
 _ONCE = ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "inertial", "mass", "inertia", "geometry")
 RANGE_MAX = 1e6
-"""Limit beyond which a range counts as unlimited, rad or m."""
+"""Limit above which a range counts as unlimited, rad or m."""
 EFFORT_MAX = 1e9
-"""Limit beyond which an effort counts as unlimited, N.m or N."""
+"""Limit above which an effort counts as unlimited, N.m or N."""
 SPEEDS = (1e-6, 1e6)
 """Bounds outside which a maximum speed is ignored, rad/s or m/s."""
 _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "capsule": ("radius", "length"), "sphere": ("radius",), "mesh": ()}
-"""Shapes, with the attributes that define their size."""
+"""Shapes, with the attributes that define their sizes."""
 _KINDS = (*MOVING, "fixed", "floating", "planar")
 
 
@@ -57,7 +57,7 @@ def clean(source: Source) -> dict[str, float]:
 
 
 def _drop_second(source: Source, element: ElementTree.Element) -> None:
-    """Keeps the first of two parts that may occur only once in an element."""
+    """Keeps the first of two child elements of which only one is allowed."""
     seen: set[str] = set()
     for part in list(element):
         if part.tag in seen:
@@ -69,7 +69,7 @@ def _drop_second(source: Source, element: ElementTree.Element) -> None:
 
 
 def _drop_second_shape(source: Source, geometry: ElementTree.Element) -> None:
-    """Keeps the first of several shapes: a geometry has only one."""
+    """Keeps the first of several shapes, because a geometry has only one."""
     first, *more = [part for part in geometry if part.tag in _SIZES] or [None]
     for part in more:
         assert first is not None and part is not None
@@ -78,7 +78,8 @@ def _drop_second_shape(source: Source, geometry: ElementTree.Element) -> None:
 
 
 def _number_names(source: Source, tag: str) -> None:
-    """Refuses elements without a name; a second joint of one name gets a number, a second link is invalid."""
+    """Refuses elements without a name. A second joint with the same name is renamed by adding a number; a second link with the same name
+    is refused."""
     known: set[str] = set()
     for element in source.root.findall(tag):
         name = element.get("name", "").strip()
@@ -96,7 +97,7 @@ def _number_names(source: Source, tag: str) -> None:
 
 
 def _clean_joint(source: Source, joint: ElementTree.Element, links: set[str]) -> float:
-    """Corrects a joint, and returns its maximum speed, 0 without one. `links` are those of the file."""
+    """Corrects a joint, and returns its maximum speed, or 0 if it has none. `links` are the links of the file."""
     name, kind = joint.get("name", ""), joint.get("type", "")
     if kind not in _KINDS:
         source.refuse(joint, f"joint '{name}' has the unknown type '{kind}'", f"use one of {', '.join(_KINDS)}")
@@ -115,7 +116,7 @@ def _clean_joint(source: Source, joint: ElementTree.Element, links: set[str]) ->
 
 
 def _clean_limit(source: Source, joint: ElementTree.Element) -> float:
-    """Corrects the limits of a joint; returns its maximum speed, 0 without one."""
+    """Corrects the limits of a joint; returns its maximum speed, or 0 if it has none."""
     name, kind, limit = joint.get("name", ""), joint.get("type"), joint.find("limit")
     if limit is None:
         if kind != "continuous":
@@ -150,7 +151,7 @@ def _clean_limit(source: Source, joint: ElementTree.Element) -> float:
 
 
 def _effort(source: Source, limit: ElementTree.Element, joint: str, effort: float) -> float:
-    """Returns the effort limit of a joint, 0 for none."""
+    """Returns the effort limit of a joint, or 0 if it has none."""
     if 0.0 < effort <= EFFORT_MAX:
         return effort
     said = "no effort limit" if effort == 0.0 else f"an effort limit of {effort:g}"
@@ -159,7 +160,7 @@ def _effort(source: Source, limit: ElementTree.Element, joint: str, effort: floa
 
 
 def _speed(source: Source, limit: ElementTree.Element, joint: str, speed: float) -> float:
-    """Returns the maximum speed of a joint, 0 for none."""
+    """Returns the maximum speed of a joint, or 0 if it has none."""
     low, high = SPEEDS
     if speed == 0.0 or low <= speed <= high:
         return speed
@@ -168,7 +169,7 @@ def _speed(source: Source, limit: ElementTree.Element, joint: str, speed: float)
 
 
 def _clean_dynamics(source: Source, joint: ElementTree.Element) -> None:
-    """Takes the absolute value of damping and dry friction: negative values would drive the joint."""
+    """Takes the absolute value of damping and dry friction, because negative values would drive the joint."""
     for dynamics in joint.findall("dynamics"):
         for word in ("damping", "friction"):
             value = source.numbers(dynamics, word, 1, "0")[0]
@@ -185,7 +186,7 @@ def _free(joint: ElementTree.Element) -> None:
 def _clean_link(source: Source, link: ElementTree.Element, moves: bool) -> None:
     """Removes invalid shapes, and corrects an impossible inertia.
 
-    MuJoCo computes it from the shapes if there is no mass, otherwise it is that of a ball.
+    Without a mass, MuJoCo computes the inertia from the shapes; otherwise the inertia of a ball is used.
     """
     inertial, name = link.find("inertial"), link.get("name", "")
     for shape in [*link.findall("visual"), *link.findall("collision")]:
@@ -218,7 +219,7 @@ def _clean_link(source: Source, link: ElementTree.Element, moves: bool) -> None:
 
 
 def _flat(shape: ElementTree.Element) -> str:
-    """Returns a size of a shape that is not above 0, or an empty text."""
+    """Returns a size of a shape that is not positive, as text, or an empty text."""
     for word in _SIZES[shape.tag]:
         text = shape.get(word)
         if text is None:
@@ -229,7 +230,7 @@ def _flat(shape: ElementTree.Element) -> str:
 
 
 def _is_possible(moments: list[float]) -> bool:
-    """Returns whether an inertia matrix is positive definite: Sylvester's criterion."""
+    """Returns whether an inertia matrix is positive definite, by Sylvester's criterion."""
     xx, yy, zz, xy, xz, yz = moments
     determinant = xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz)
     return xx > 0.0 and xx * yy - xy * xy > 0.0 and determinant > 0.0

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Tags `ros2_control` of a URDF file: the command and state interfaces of its joints, and their limits."""
+"""The tags `ros2_control` of a URDF file: the command and state interfaces of its joints, and their limits."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .source import Source
 
 @dataclass(frozen=True)
 class Interfaces:
-    """A joint in `ros2_control`: the name of its hardware, and the names of its command and its state interfaces."""
+    """A joint in `ros2_control`: the name of its hardware, and the names of its command and state interfaces."""
 
     hardware: str
     command: tuple[str, ...]
@@ -21,10 +21,10 @@ class Interfaces:
 
 @dataclass
 class Control:
-    """All joints of the tags `ros2_control`.
+    """All joints declared in `ros2_control` tags.
 
-    `limits` maps a joint and a command interface to its minimum and its maximum value (rad, rad/s, N.m, for sliding joints m, m/s,
-    N), `home` contains the initial positions of joints.
+    `limits` maps a joint and a command interface to its minimum and its maximum value (rad, rad/s, N.m, for prismatic joints m, m/s,
+    N); `home` contains the initial positions of joints.
     """
 
     interfaces: dict[str, Interfaces]
@@ -33,7 +33,7 @@ class Control:
 
 
 def read(source: Source) -> Control:
-    """Reads the tags. Ignores malformed numbers and unknown joints with a note."""
+    """Reads the tags. Malformed numbers and unknown joints are ignored with a note."""
     found = Control({}, {}, {})
     known = {joint.get("name", "") for joint in source.root.findall("joint")}
     for system in source.root.findall("ros2_control"):
@@ -64,7 +64,7 @@ def _read_joint(source: Source, found: Control, element: ElementTree.Element, ha
 
 
 def _param(source: Source, interface: ElementTree.Element, word: str, joint: str) -> float | None:
-    """Returns a number of an interface, or None if it is not stated."""
+    """Returns a number of an interface, or None if it is not specified."""
     element = next((param for param in interface.findall("param") if param.get("name") == word), None)
     if element is None:
         return None
@@ -81,7 +81,8 @@ def _param(source: Source, interface: ElementTree.Element, word: str, joint: str
 
 
 def narrow(source: Source, control: Control, speeds: dict[str, float]) -> None:
-    """Narrows the limits of the joints, and their speeds, to those of `ros2_control`; ignores one that leaves no range, with a note."""
+    """Narrows the position and speed limits of the joints to those of `ros2_control`; a limit that leaves no range is ignored with a
+    note."""
     for joint in source.root.findall("joint"):
         name, limit = joint.get("name", ""), joint.find("limit")
         if limit is None or joint.get("type") not in ("revolute", "prismatic", "continuous"):
@@ -113,7 +114,7 @@ def _narrow_range(source: Source, limit: ElementTree.Element, name: str, limits:
 
 
 def _greatest(limits: Mapping[tuple[str, str], tuple[float, float]], joint: str, interface: str) -> float:
-    """Returns the larger absolute limit of an interface, 0 if there is none: a joint has one limit of speed and of effort."""
+    """Returns the larger absolute limit of an interface, or 0 if it has none: a joint has a single limit of speed and of effort."""
     low, high = limits.get((joint, interface), (0.0, 0.0))
     most = min(abs(low), abs(high)) if low and high else max(abs(low), abs(high))
     return most if most < float("inf") else 0.0

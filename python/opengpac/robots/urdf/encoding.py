@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Encodings of XML files: expat reads UTF-8, UTF-16 and single-byte encodings, Python all others that a file names."""
+"""Encodings of XML files. Expat reads UTF-8, UTF-16 and single-byte encodings; Python decodes all others that a file declares."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ _BEGINS = [
     (b"<\0", "utf-16-le"),
     (b"\0<", "utf-16-be"),
 ]
-"""First bytes of files that identify their encoding; a declaration after them is ignored."""
+"""Byte order marks and other first bytes that identify a file's encoding; they take precedence over a declaration."""
 _READ_BY_EXPAT = ("utf-8", "utf8", "utf-16", "us-ascii", "iso-8859-1")
 
 
 def decoded(file: Path, content: bytes) -> tuple[bytes, str | None]:
-    """Returns the content of a file and the encoding to pass to expat: UTF-8, or None if expat detects it by itself.
+    """Returns the content of a file and the encoding to pass to expat: UTF-8, or None if expat detects it itself.
 
-    Zeros after the end are removed. Raises `DeviceFailed` for an encoding that Python does not support, or that does not match the
+    Trailing zero bytes are removed. Raises `DeviceFailed` for an encoding that Python does not support, or that does not match the
     content.
     """
     wide = next((encoding for begin, encoding in _BEGINS if content.startswith(begin)), None)
@@ -42,7 +42,7 @@ def decoded(file: Path, content: bytes) -> tuple[bytes, str | None]:
 
 
 def _without_late_declaration(content: bytes) -> bytes:
-    """Blanks an XML declaration that is not at the beginning, as in many files; line numbers are preserved."""
+    """Blanks out an XML declaration that is not at the beginning, which many files have; line numbers are preserved."""
     start = content.find(b"<?xml")
     end = content.find(b"?>", start) + 2
     if start <= 0 or end < 2:
@@ -51,7 +51,7 @@ def _without_late_declaration(content: bytes) -> bytes:
 
 
 def save_remedy(content: bytes, line: int) -> str:
-    """Returns the remedy for a line that is not in UTF-8; empty if the encoding is not the problem."""
+    """Returns the remedy for a line that is not valid UTF-8; empty if the encoding is not the problem."""
     try:
         content.decode()
     except UnicodeDecodeError as error:
@@ -61,7 +61,7 @@ def save_remedy(content: bytes, line: int) -> str:
 
 
 class _Root(Exception):
-    """Raised when the root of a file has been read."""
+    """Raised when the root element has been read, to stop the parser."""
 
     def __init__(self, tag: str) -> None:
         super().__init__(tag)
@@ -69,7 +69,7 @@ class _Root(Exception):
 
 
 def root_tag(file: Path) -> str:
-    """Returns the tag of a file's root; empty if the file cannot be read or does not begin as XML."""
+    """Returns the tag of a file's root element; empty if the file cannot be read or does not begin as XML."""
 
     def found(tag: str, _attributes: dict[str, str]) -> None:
         raise _Root(tag)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Equipment that URDF cannot describe, added to MuJoCo's model: motors, the flange, a home, pairs that do not collide."""
+"""Equipment that URDF cannot describe, added to MuJoCo's model: motors, the flange, a home, and pairs that do not collide."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .source import Source
 
 
 def stand_still(mujoco: Any, spec: Any, selected: Selection) -> None:
-    """Fixes the stationary joints at their home."""
+    """Locks the stationary joints at their home."""
     for equality in [equality for equality in spec.equalities if equality.name1 in selected.still]:
         spec.delete(equality)
     for joint in [joint for joint in spec.joints if joint.name in selected.still]:
@@ -32,7 +32,7 @@ def stand_still(mujoco: Any, spec: Any, selected: Selection) -> None:
 
 
 def add_motors(mujoco: Any, spec: Any, selected: Selection) -> None:
-    """Adds a motor for each driven joint, and the site `tool` at the tip of the arm, by default at the flange of the last joint."""
+    """Adds a motor for each actuated joint, and the site `tool` at the tip of the arm, by default at the flange of the last joint."""
     moving = [joint for joint in spec.joints if joint.name in selected.motors]
     for joint in moving:
         spec.add_actuator(name=joint.name, target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
@@ -44,7 +44,7 @@ def add_motors(mujoco: Any, spec: Any, selected: Selection) -> None:
 
 
 def add_home(mujoco: Any, spec: Any, model: Any, home: Mapping[str, float]) -> None:
-    """Adds the keyframe `home`: these positions, those of the joints that follow them, and otherwise 0."""
+    """Adds the keyframe `home`: these positions, the matching positions of mimic joints, and 0 for all other joints."""
     positions = model.qpos0.copy()
     places = {model.joint(j).name: int(model.jnt_qposadr[j]) for j in range(model.njnt)}
     for name, position in home.items():
@@ -58,10 +58,10 @@ def add_home(mujoco: Any, spec: Any, model: Any, home: Mapping[str, float]) -> N
 
 
 def collide(spec: Any, source: Source, pairs: list[tuple[str, str]] | None) -> None:
-    """Sets the collisions of shapes: with the surroundings only, or, if `pairs` lists the links that do not collide, with each other
-    too.
+    """Configures the collisions of shapes: with the surroundings only, or, if `pairs` lists the links that do not collide, with each
+    other too.
 
-    Shapes are convex hulls: those of links that never touch may overlap on the way.
+    Shapes are convex hulls: those of links that never touch may overlap during a motion.
     """
     if pairs is not None:
         from ..mjcf import survey  # it imports MuJoCo
@@ -77,14 +77,15 @@ def collide(spec: Any, source: Source, pairs: list[tuple[str, str]] | None) -> N
 
 
 def tell_weak(source: Source, model: Any) -> None:
-    """Notes the joints whose motor cannot hold the arm at its home before other notes, since a warning shows the first ones."""
+    """Notes the joints whose motor cannot hold the arm at its home. These notes are placed first, because a warning shows only the first
+    ones."""
     from ..mjcf import survey  # it imports MuJoCo
 
     source.notes[:0] = [f"{source.file.name}: {note}" for note in survey.too_weak(model)]
 
 
 def _flange(body: Any) -> Any:
-    """Returns the last link of a chain of fixed links after the last joint; if it branches, the link of the joint itself."""
+    """Returns the last link in the chain of fixed links after the last joint; if the chain branches, the link of the joint itself."""
     last = body
     while len(last.bodies) == 1 and not last.bodies[0].joints:
         last = last.bodies[0]

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Prints a file with the macros of xacro expanded, or ends with the code 3 and prints why it cannot be.
+"""Prints a file with its xacro macros expanded; on failure prints the reason and exits with code 3.
 
-It runs as a program, `python -P expand.py SECONDS FILE ROOT…`, in a process of its own, for macros may compute without end, and
-imports nothing of OpenGPAC but the module beside it. `$(find PACKAGE)` is looked for in the roots, as `package://PACKAGE` is; ROS need
-not be installed.
+Runs as a program, `python -P expand.py SECONDS FILE ROOT…`, in a separate process, because macros may run endlessly. Imports nothing
+from OpenGPAC except the module next to it. `$(find PACKAGE)` is searched for in the roots, like `package://PACKAGE`; ROS need not be
+installed.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ def main(file: str, roots: list[str]) -> int:
 
 
 def _answer_find(packages: Any) -> None:
-    """Makes xacro search for packages in the same folders as for the meshes of a URDF file, by replacing the ROS module that it queries."""
+    """Makes xacro search for packages in the folders in which the meshes of a URDF file are searched for, by replacing the ROS module
+    that it queries."""
 
     def get_package_share_directory(name: str) -> str:
         if (folder := packages.folder(name)) is None:
@@ -48,7 +49,7 @@ def _answer_find(packages: Any) -> None:
 
 
 def _packages() -> Any:
-    """Loads the module `packages` next to this one. Its folder is not on the path, since it would hide modules of Python."""
+    """Loads the module `packages` next to this one. Its folder is not on the path, because its modules would shadow Python's own."""
     spec = importlib.util.spec_from_file_location("packages", Path(__file__).with_name("packages.py"))
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -57,7 +58,7 @@ def _packages() -> Any:
 
 
 def _sentence(error: Exception, file: str, stack: list[str | None]) -> str:
-    """Returns the message of an error on one line, with the included file in which it occurred."""
+    """Formats the message of an error on one line, with the included file in which it occurred."""
     lines = [line.strip() for line in str(error).splitlines() if line.strip()]
     cause = getattr(error, "exc", None) or error
     if not str(cause):

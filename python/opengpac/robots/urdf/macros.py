@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Macros of xacro in robot files: finds them, and expands them in a separate process."""
+"""Xacro macros in robot files: finds them, and expands them in a separate process."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from .packages import Packages
 
 _EXPAND = Path(__file__).with_name("expand.py")
 SECONDS_MAX = 60
-"""Processor time that one expansion may take, s."""
+"""Maximum processor time of one expansion, s."""
 WAIT_S = 600.0
-"""Time after which it is given up on a machine that is busy, or where it waits for something."""
+"""Time limit of one expansion, in case the machine is busy or the expansion blocks, s."""
 _REFUSED = 3
 """Exit code of the program for a file that cannot be expanded."""
 
@@ -62,4 +62,3 @@ def _lines_of_expression(file: Path, why: str) -> str:
     written = "${" + found[1] + "}" if found[1] else f"$(arg {found[2]})"
     lines = [str(number) for number, line in enumerate(file.read_bytes().decode("latin-1").splitlines(), 1) if written in line]
     return f", '{written}' is on line {' and '.join(lines[:3])}" if lines else ""
-

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Meshes of a URDF: finds them, and converts them to a form that MuJoCo reads, or removes them. An arm moves without its skin."""
+"""Meshes of a URDF file: finds them, and converts them to a format that MuJoCo reads, or removes them, because an arm can move without
+them."""
 
 from __future__ import annotations
 
@@ -15,14 +16,14 @@ from .source import Source
 
 READ_BY_MUJOCO = (".stl", ".obj", ".msh")
 FACES_MAX = 200_000
-"""Maximum number of faces of a mesh that MuJoCo reads."""
+"""Maximum number of faces that MuJoCo accepts in a mesh."""
 _STL_HEAD, _STL_FACE = 84, 50
 
 
 def place(source: Source, packages: Packages) -> None:
-    """Sets the full path of every mesh; removes meshes that do not exist or cannot be read, with a note.
+    """Sets the full path of every mesh. Meshes that do not exist or cannot be read are removed with a note.
 
-    Purely visual shapes are removed first, as MuJoCo does unless the file prevents it: reading their meshes takes seconds.
+    Purely visual shapes are removed first, as MuJoCo does unless the file prevents it, because reading their meshes takes seconds.
     """
     compiler = _compiler(source.root)
     if compiler.get("discardvisual", "true") != "false":
@@ -62,7 +63,7 @@ def leave_out(source: Source, problem: str) -> bool:
 
 
 def _usable(source: Source, mesh: ElementTree.Element, file: Path | None) -> str | None:
-    """Returns the path of a file that MuJoCo reads, possibly a converted one, or None, with a note."""
+    """Returns the path of a file that MuJoCo can read, converted if necessary; or None, with a note."""
     name = mesh.get("filename", "")
     if file is None:
         source.note(f"mesh '{name}' was not found and is ignored; specify where packages are with package_paths=", mesh)
@@ -91,7 +92,8 @@ def _usable(source: Source, mesh: ElementTree.Element, file: Path | None) -> str
 
 
 def _is_ascii_stl(file: Path) -> bool:
-    """Returns whether an STL file is text: MuJoCo reads only the binary form, whose length follows from its number of faces."""
+    """Returns whether an STL file is in ASCII format. MuJoCo reads only the binary format, whose length follows from its number of
+    faces."""
     if file.suffix.lower() != ".stl":
         return False
     with open(file, "rb") as opened:
@@ -101,7 +103,7 @@ def _is_ascii_stl(file: Path) -> bool:
 
 
 def _compiler(root: ElementTree.Element) -> ElementTree.Element:
-    """Returns the element from which MuJoCo takes its settings in a URDF."""
+    """Returns the element from which MuJoCo takes its settings in a URDF file."""
     mujoco = root.find("mujoco")
     if mujoco is None:
         mujoco = ElementTree.SubElement(root, "mujoco")

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of the numbers of a URDF file's links and joints: written according to the specification, finite, and plausible."""
+"""Checks that the numbers of a URDF file's links and joints conform to the specification, and are finite and plausible."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ _NUMBERS: Mapping[tuple[str, str], tuple[int, Bounds]] = {
     ("mimic", "multiplier"): (1, RATIO),
     ("mimic", "offset"): (1, ANGLE),
 }
-"""Number of values and their bounds, by element and attribute."""
+"""Required number of values and their bounds, by element and attribute."""
 
 
 def clean(source: Source) -> None:
-    """Corrects numbers that are separated by commas, or too many; refuses malformed numbers, and those beyond their bounds."""
+    """Corrects numbers that are separated by commas, and removes surplus numbers; refuses malformed numbers, and those out of bounds."""
     for top in [*source.root.findall("link"), *source.root.findall("joint")]:
         for element in top.iter():
             for attribute in [word for word in element.attrib if (element.tag, word) in _NUMBERS]:
@@ -43,7 +43,7 @@ def clean(source: Source) -> None:
 
 
 def _tidy(source: Source, element: ElementTree.Element, attribute: str, count: int) -> None:
-    """Replaces commas by blanks, drops surplus numbers, and expands one scale to three."""
+    """Replaces commas with spaces, drops surplus numbers, and expands a single scale factor to three."""
     text = element.get(attribute, "")
     words = text.replace(",", " ").split()
     wrong = "separates its numbers by commas" if "," in text else ""

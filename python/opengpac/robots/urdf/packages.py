@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Locations of the files that a URDF names by `package://PACKAGE/PATH`.
+"""Locations of the files to which a URDF file refers by `package://PACKAGE/PATH`.
 
-The program `expand.py` uses this module too, so it imports nothing of OpenGPAC.
+The program `expand.py` uses this module too, so it imports nothing from OpenGPAC.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from urllib.parse import unquote
 from xml.etree import ElementTree
 
 ABOVE = 2
-"""Number of folders above a file in which a relative path is searched for."""
+"""Number of folder levels above a file in which a relative path is searched for."""
 
 
 class Packages:
-    """Folders in which the files of a URDF are searched for.
+    """Folders in which the files that a URDF file refers to are searched for.
 
-    In this order: `given` (folders of packages, or packages themselves), those of `ROS_PACKAGE_PATH`, `share` of those of
-    `AMENT_PREFIX_PATH`, and the folders above the file.
+    They are searched in this order: `given` (folders of packages, or packages themselves), the folders in `ROS_PACKAGE_PATH`, `share`
+    in the folders of `AMENT_PREFIX_PATH`, and the folders above the file.
     """
 
     def __init__(self, file: Path, given: Iterable[Path] = ()) -> None:
@@ -30,7 +30,8 @@ class Packages:
         self.roots = [*given, *ros, *ament, *file.absolute().parents]
 
     def find(self, name: str) -> Path | None:
-        """Returns the file of that name: in a package, by a URL, relative to the URDF or to a folder above it, else next to it."""
+        """Returns the file with that name. Searches in a package, by URL, relative to the URDF file or to a folder above it, and next to
+        it."""
         name = unquote(name.strip())
         if name.startswith("package://"):
             package, _, path = name.removeprefix("package://").partition("/")
@@ -43,7 +44,7 @@ class Packages:
         return next((found for found in candidates if found.is_file()), None)
 
     def folder(self, package: str) -> Path | None:
-        """Returns the folder of a package; None if it was not found."""
+        """Returns the folder of a package, or None if it was not found."""
         return next(self._folders(package), None)
 
     def _folders(self, package: str) -> Iterator[Path]:
@@ -57,7 +58,7 @@ class Packages:
 
 
 def _name(folder: Path) -> str | None:
-    """Returns the name of a folder from its `package.xml`."""
+    """Returns the name that the `package.xml` of a folder declares."""
     try:
         name = ElementTree.parse(folder / "package.xml").find("name")
     except (OSError, ElementTree.ParseError, LookupError, ValueError):

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Selection of the joints of a URDF file: those that have a motor, form the arm or are stationary, and their initial positions."""
+"""Selection of the joints of a URDF file: those that have a motor, that form the arm or that are stationary, and their initial
+positions."""
 
 from __future__ import annotations
 
@@ -14,11 +15,11 @@ from .tree import Tree
 
 @dataclass(frozen=True)
 class Selection:
-    """Joints of a file by their role.
+    """Joints of a file, by role.
 
-    `motors` have a motor. `arm` are those of the selected group, empty without one. `still` are stationary at `home`, which contains
-    positions of joints, rad or m; `state` is the name of its SRDF state. `tip` is the link whose frame is that of poses, empty for
-    the flange of the last joint.
+    `motors` have a motor. `arm` contains those of the selected group, and is empty if no group is selected. `still` are stationary at
+    `home`, which contains positions of joints, rad or m; `state` is the name of its SRDF state. `tip` is the link whose frame is the
+    frame of poses, empty for the flange of the last joint.
     """
 
     motors: frozenset[str]
@@ -30,9 +31,9 @@ class Selection:
 
 
 def select(source: Source, semantics: srdf.Semantics, initial: Mapping[str, float], group: str | None) -> Selection:
-    """Selects the joints of a group, or all. Without an SRDF state they start at `initial`.
+    """Selects the joints of a group, or all joints. Without an SRDF state they start at `initial`.
 
-    Joints outside the group are stationary, except those of its end effectors, which have motors, and those that never have one.
+    Joints outside the group are stationary, except joints of its end effectors, which have motors, and joints that never have one.
     """
     tree = Tree(source.root)
     moving = [name for name, joint in tree.joints.items() if joint.get("type") in MOVING]
@@ -52,7 +53,7 @@ def select(source: Source, semantics: srdf.Semantics, initial: Mapping[str, floa
 
 
 def _leader(tree: Tree, name: str) -> str:
-    """Returns the joint that a joint ultimately follows, empty for none."""
+    """Returns the joint that a mimic joint ultimately follows, or an empty text."""
     found, seen = "", {name}
     while (mimic := tree.joints[found or name].find("mimic")) is not None:
         found = mimic.get("joint", "")
@@ -63,7 +64,7 @@ def _leader(tree: Tree, name: str) -> str:
 
 
 def _followed(tree: Tree, home: Mapping[str, float], still: set[str]) -> dict[str, float]:
-    """Returns positions including those of stationary followers."""
+    """Returns the positions, including those of stationary mimic joints."""
     found = dict(home)
     for name in still:
         mimic = tree.joints[name].find("mimic")
@@ -74,7 +75,7 @@ def _followed(tree: Tree, home: Mapping[str, float], still: set[str]) -> dict[st
 
 
 def _inside(source: Source, tree: Tree, home: Mapping[str, float], state: str) -> dict[str, float]:
-    """Returns positions, limited to the ranges of their joints."""
+    """Returns the positions, clamped to the ranges of their joints."""
     found: dict[str, float] = {}
     for name, position in home.items():
         joint = tree.joints[name]
@@ -106,7 +107,7 @@ def _hands(tree: Tree, semantics: srdf.Semantics, group: str, members: list[str]
 
 
 def _tip(tree: Tree, semantics: srdf.Semantics, group: str, members: list[str]) -> str:
-    """Returns the last link of a group that is a chain, else the link of an end effector that its last joint moves."""
+    """Returns the last link of a group that is a chain; otherwise the link of an end effector that the last joint of the group moves."""
     if group in semantics.tips:
         return semantics.tips[group]
     last = max(members, key=lambda name: len(tree.moved(name)))

@@ -17,21 +17,21 @@ from .packages import Packages
 
 
 class Source:
-    """A file under correction: its elements, and the notes on the changes."""
+    """A file that is being corrected: its elements, and the notes on the changes."""
 
     def __init__(self, file: Path, root: ElementTree.Element, places: dict[ElementTree.Element, tuple[int, str]]) -> None:
         self.file = file
         self.root = root
         self.notes: list[str] = []
         self.followers: set[str] = set()
-        """Joints that follow another one (`mimic`)."""
+        """Joints that follow another joint (`mimic`)."""
         self.fixed: dict[str, float] = {}
         """Joints that cannot move, with their positions, rad or m."""
         self._places = places
 
     @classmethod
     def read(cls, file: Path, packages: Packages, kind: str = "URDF") -> Source:
-        """Reads the file, a URDF or SRDF file, with the macros of xacro expanded. Raises `DeviceFailed` with the line of an error."""
+        """Reads a URDF or SRDF file, with its xacro macros expanded. Raises `DeviceFailed` with the line of an error."""
         try:
             content = file.read_bytes()
         except OSError as error:
@@ -51,12 +51,12 @@ class Source:
         return self._places.get(element, (1, ""))[0]
 
     def called(self, element: ElementTree.Element) -> str:
-        """Returns the kind and name of an element; without a name, its tag and the nearest enclosing element that has one."""
+        """Returns the kind and name of an element; for one without a name, its tag and the nearest enclosing element that has a name."""
         owner = self._places.get(element, (1, ""))[1]
         return owner if "name" in element.attrib else f"<{element.tag}>" + (f" of {owner}" if owner else "")
 
     def note(self, sentence: str, element: ElementTree.Element | None = None) -> None:
-        """Notes a correction."""
+        """Records a note on a correction."""
         place = f"{self.file.name}:{self.line(element)}: " if element is not None else f"{self.file.name}: "
         self.notes.append(place + sentence)
 
@@ -69,7 +69,7 @@ class Source:
         self.refuse(element, f'{attribute}="{element.get(attribute, "")[:60]}" of {self.called(element)} {problem}', remedy)
 
     def numbers(self, element: ElementTree.Element, attribute: str, count: int, default: str, is_finite: bool = True) -> list[float]:
-        """Returns the numbers of an attribute; refuses malformed numbers, and with `is_finite` infinite ones."""
+        """Returns the numbers of an attribute. Refuses malformed numbers, and, with `is_finite`, infinite ones."""
         text = element.get(attribute, default)
         try:
             values = [float(word) for word in text.split()]
@@ -81,12 +81,12 @@ class Source:
         return values
 
     def text(self) -> str:
-        """Returns the present text of the file."""
+        """Returns the file's current text."""
         return ElementTree.tostring(self.root, encoding="unicode")
 
 
 def check_xml(file: Path, kinds: str) -> None:
-    """Refuses a file that is not XML, with the line; does nothing if it cannot be read."""
+    """Refuses a file that is not XML, with the line; does nothing if the file cannot be read."""
     try:
         content = file.read_bytes()
     except OSError:
@@ -95,7 +95,8 @@ def check_xml(file: Path, kinds: str) -> None:
 
 
 def parsed(file: Path, content: bytes, kinds: str) -> Source:
-    """Returns the elements, with their lines. Prefixes need no declaration: those of plugins and macros often have none."""
+    """Returns the elements with their lines. Namespace prefixes need not be declared, because files often omit the declarations for
+    plugins and macros."""
     content, encoding = decoded(file, content)
     parser = expat.ParserCreate(encoding)
     places: dict[ElementTree.Element, tuple[int, str]] = {}

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """SRDF files: the joints of a URDF file that form an arm, its home, links that do not collide, and joints without a motor.
 
-They are interpreted like in MoveIt. A name that the URDF file lacks is ignored with a note; an invalid file is refused.
+Interpreted as in MoveIt. A name that the URDF file lacks is ignored with a note; an invalid file is refused.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _MEMBERS = ("joint", "link", "chain", "group")
 
 @dataclass(frozen=True)
 class State:
-    """Named positions of joints, rad or m; `group` is the group to which they belong, empty for none."""
+    """Named positions of joints, rad or m; `group` is the group to which they belong, or empty."""
 
     name: str
     group: str
@@ -31,7 +31,7 @@ class State:
 
 @dataclass(frozen=True)
 class EndEffector:
-    """A tool: the link to which it is attached, the group of its own joints, and the group of the arm, empty if not stated."""
+    """A tool: the link to which it is attached, the group of its own joints, and the group of the arm, which is empty if not specified."""
 
     link: str
     group: str
@@ -40,10 +40,10 @@ class EndEffector:
 
 @dataclass
 class Semantics:
-    """Contents of an SRDF file about the joints and links of the URDF file.
+    """Contents of an SRDF file that concern the joints and links of the URDF file.
 
-    `groups` contains the joints of each group in the order of the URDF file, including fixed ones, `lines` the line of each, `tips`
-    the last link of a group that is one chain, `pairs` the links that do not collide, each pair once.
+    `groups` contains the joints of each group in the order of the URDF file, including fixed ones; `lines` contains the line of each
+    group, `tips` the last link of a group that is a single chain, and `pairs` the links that do not collide, each pair once.
     """
 
     file: Path | None = None
@@ -56,7 +56,8 @@ class Semantics:
     end_effectors: list[EndEffector] = field(default_factory=list)
 
     def states_of(self, joints: Collection[str]) -> dict[str, dict[str, float]]:
-        """Returns the states with any of these joints, by name: those of one name, of an arm and of its hand, are merged."""
+        """Returns the states that include any of these joints, by name; states with the same name, such as those of an arm and its hand,
+        are merged."""
         found: dict[str, dict[str, float]] = {}
         for state in self.states:
             if not set(joints).isdisjoint(state.positions):
@@ -64,16 +65,18 @@ class Semantics:
         return found
 
     def home_of(self, joints: Collection[str]) -> tuple[str, dict[str, float]]:
-        """Returns the name and the positions of the initial state of an arm with these joints: `home`, else the only one, else none."""
+        """Returns the name and the positions of the initial state of an arm with these joints: `home`, or else the only state, or else
+        an empty one."""
         states = self.states_of(joints)
         name = "home" if "home" in states else next(iter(states)) if len(states) == 1 else ""
         return name, states.get(name, {})
 
 
 def beside(urdf: Path) -> list[Path]:
-    """Returns the SRDF files in the folder of a URDF file; if there are none, those in the neighbouring folder `srdf`.
+    """Returns the SRDF files in the folder of a URDF file; if there are none, those in the sibling folder `srdf`.
 
-    `.srdf.xacro` files count only in a folder without `.srdf` files: those of the same name are often generated from them.
+    `.srdf.xacro` files are considered only in a folder without `.srdf` files, because those with the same name are often generated
+    from them.
     """
     for folder in (urdf.parent, urdf.parent.parent / "srdf"):
         for pattern in ("*.srdf", "*.srdf.xacro"):
@@ -83,22 +86,22 @@ def beside(urdf: Path) -> list[Path]:
 
 
 def read(file: Path, arm: Source, packages: Packages) -> Semantics:
-    """Returns the contents of an SRDF file about a URDF file. Raises `DeviceFailed` with the line if it is invalid."""
+    """Returns the contents of an SRDF file for a URDF file. Raises `DeviceFailed` with the line if it is invalid."""
     source = Source.read(file, packages, "SRDF")
     return _Reading(source, Tree(arm.root), arm).semantics()
 
 
 class _Reading:
-    """An SRDF file during reading."""
+    """State of reading an SRDF file."""
 
     def __init__(self, source: Source, tree: Tree, arm: Source) -> None:
         self.source, self.tree, self.arm = source, tree, arm
         self.groups: dict[str, ElementTree.Element] = {}
         self.virtual = {joint.get("name", "") for joint in source.root.findall("virtual_joint")}
         self.foreign: dict[str, ElementTree.Element] = {}
-        """Names that the URDF file lacks."""
+        """Names in the SRDF file that do not exist in the URDF file."""
         self.lost: dict[str, ElementTree.Element] = {}
-        """Notes on groups that this file lacks."""
+        """Notes on references to groups that the SRDF file does not define."""
 
     def semantics(self) -> Semantics:
         root, found = self.source.root, Semantics(self.source.file)
@@ -134,7 +137,7 @@ class _Reading:
         return name
 
     def _has(self, kind: str, name: str, element: ElementTree.Element) -> bool:
-        """Returns whether the URDF file has a joint or link; records missing ones."""
+        """Returns whether the URDF file has a joint or link; records the name if it does not."""
         if name in (self.tree.joints if kind == "joint" else self.tree.links):
             return True
         if name not in self.virtual:
@@ -142,7 +145,7 @@ class _Reading:
         return False
 
     def _joints(self, group: ElementTree.Element, inside: tuple[str, ...]) -> list[str]:
-        """Returns the joints of a group; `inside` are the groups that lead to it."""
+        """Returns the joints of a group; `inside` contains the enclosing groups."""
         found: list[str] = []
         for member in group:
             if member.tag == "chain":
@@ -206,7 +209,7 @@ class _Reading:
         return (min(first, second), max(first, second)) if all(has_both) and first != second else None
 
     def _tell(self) -> None:
-        """Notes ignored contents: names that the URDF file lacks, and elements that do not belong to SRDF."""
+        """Adds notes on ignored contents: names that the URDF file lacks, and elements that do not belong to SRDF."""
         name, robot = self.source.root.get("name", ""), self.arm.root.get("name", "")
         if name and robot and name != robot:
             self.source.note(f"it describes robot '{name}', but the URDF file describes '{robot}'", self.source.root)
@@ -220,7 +223,7 @@ class _Reading:
 
 
 def chosen(semantics: Semantics, group: str, driven: Collection[str]) -> list[str]:
-    """Returns the driven joints of the requested group. Raises `UnknownName` if it does not exist."""
+    """Returns the actuated joints of the requested group. Raises `UnknownName` if the group does not exist."""
     if semantics.file is None:
         refuse(UnknownName, f"group '{group}' is unknown, because no SRDF file is read", "pass its file: srdf=")
     if group not in semantics.groups:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Structure of a URDF file: its links form a tree, and a joint follows another one that moves."""
+"""Structure of a URDF file: its links must form a tree, and a mimic joint must follow a joint that moves."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from xml.etree import ElementTree
 from .source import Source
 
 MOVING = ("revolute", "continuous", "prismatic")
-"""Types of joints that have one position."""
+"""Types of joints that have a single position."""
 
 
 def check_tree(source: Source) -> None:
-    """Refuses a file whose links are not a tree: a link on itself, a link on two joints, a circle."""
+    """Refuses a file whose links do not form a tree: a link attached to itself, a link with two parent joints, a cycle."""
     carriers: dict[str, ElementTree.Element] = {}
     for joint in source.root.findall("joint"):
         name, parent, child = joint.get("name", ""), _end(joint, "parent"), _end(joint, "child")
@@ -40,9 +40,10 @@ def check_tree(source: Source) -> None:
 
 
 def resolve_followers(source: Source) -> None:
-    """Registers the joints that follow another one, and fixes those whose leader is stationary, at their offset from it.
+    """Registers the joints that follow another joint, and fixes those whose leader is stationary, at their offset from it.
 
-    A follower of a joint that the file lacks is fixed, with a note. Refuses a joint that follows itself, or one in a circle.
+    A mimic joint whose leader does not exist in the file is fixed, with a note. Refuses a joint that follows itself, directly or in a
+    cycle.
     """
     joints = {_name(joint): joint for joint in source.root.findall("joint")}
     leaders: dict[str, str] = {}
@@ -104,7 +105,7 @@ def _nearest_zero(joint: ElementTree.Element) -> float:
 
 
 def _end(joint: ElementTree.Element, word: str) -> str:
-    """Returns the link at an end of a joint."""
+    """Returns the link at one end of a joint."""
     link = joint.find(word)
     return "" if link is None else link.get("link", "")
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Links and joints of a URDF file as a tree, with the joints between two links."""
+"""Tree of the links and joints of a URDF file; finds the joints between two links."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 
 
 class Tree:
-    """Joints by name, in the order of the file, and the attachment of links to them."""
+    """Joints by name, in the order of the file, and the joint to which each link is attached."""
 
     def __init__(self, root: ElementTree.Element) -> None:
         self.links = {link.get("name", "") for link in root.findall("link")}
@@ -25,7 +25,7 @@ class Tree:
         return self._carrier.get(link)
 
     def above(self, link: str) -> list[str]:
-        """Returns the joints between a link and the root, the nearest first."""
+        """Returns the joints between a link and the root, nearest first."""
         found: list[str] = []
         joint = self.carrier(link)
         while joint is not None and joint not in found:
@@ -42,5 +42,5 @@ class Tree:
         return [*up, *reversed(down)]
 
     def moved(self, joint: str) -> list[str]:
-        """Returns the joints between a joint and the root, the joint itself first."""
+        """Returns the joints between a joint and the root, starting with the joint itself."""
         return [joint, *self.above(self._above.get(joint, ""))]

@@ -2,12 +2,12 @@
 // Joint positions and contacts of a machine in a recording: they come from recorded readings, since channels of devices are not recorded.
 import type { Geometry, GeometryJoint, InstalledInstance } from "../shapes";
 
-/** Maximum number of blocks between a channel and a recorded cell: one reads the channel, one subtracts its offset. */
+/** Maximum number of blocks between a channel and a recorded cell: one block reads the channel, another subtracts its offset. */
 const STEPS_MAX = 2;
 
 /**
- * Returns a machine whose joints and contacts follow recorded cells computed from their channels. Joints without a recorded cell follow
- * nothing.
+ * Returns a machine whose joints and contacts follow recorded cells computed from their channels. Joints without a recorded cell do not
+ * move.
  */
 export function onSvvs(geometry: Geometry, instances: readonly InstalledInstance[], recorded: (name: string) => boolean): Geometry {
   const made = madeOf(instances);

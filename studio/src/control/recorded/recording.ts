@@ -34,14 +34,14 @@ class AtCursor<T> implements Topic<T> {
   readonly get = this.latest.get;
 }
 
-/** A recording as the views see it: every value and state is that at the cursor. */
+/** A recording as seen by the views: every value and state is the one at the cursor. */
 export class Recording implements Source, Past {
   readonly name: string;
   readonly about: About;
   readonly cursor: WatchedValue<number>;
-  /** Cursor position for which everything is shown; it follows `cursor` with a delay. */
+  /** Cursor position that the views show; follows `cursor` with a delay. */
   readonly shown: WatchedValue<number>;
-  /** Reason why the values at the cursor could not be read; empty if they could. */
+  /** Reason why the values at the cursor could not be read; empty if they could be read. */
   readonly trouble = new WatchedValue<ReturnType<typeof refusalsOf>>([]);
   readonly restarts = new WatchedValue(0);
   readonly replayed: ReplayRun;
@@ -66,7 +66,7 @@ export class Recording implements Source, Past {
   #looking = false;
   #again = false;
 
-  /** Opens a recording in the system's folder. Throws `RefusalError`. */
+  /** Opens a recording in the system's recordings folder. Throws `RefusalError`. */
   static async open(live: Control, name: string, signal?: AbortSignal): Promise<Recording> {
     const about = await live.look("recorded", { path: name }, signal);
     const all = async <T>(topic: string) => {
@@ -167,7 +167,7 @@ export class Recording implements Source, Past {
     if (found !== null) this.go(found);
   }
 
-  /** Moves to the next or previous entry of the log that fits; returns false if there is none. */
+  /** Moves to the next or previous log entry for which `fits` returns true; returns false if there is none. */
   toEntry(back: boolean, fits: (entry: LogEntry) => boolean = () => true): boolean {
     const now_ns = this.cursor.get();
     const at = (entry: LogEntry) => toNs(entry.time_s);

@@ -6,7 +6,7 @@ import type { InstalledInstances, ReplayDifference, Replaying } from "../shapes"
 import type { Differs } from "../source";
 import { WatchedValue } from "../watched";
 
-/** Period at which progress is read, ms. */
+/** Polling interval for the progress, ms. */
 const LOOK_MS = 200;
 
 export type Replay =
@@ -20,7 +20,10 @@ type ReplayCalls = Pick<Control, "look" | "aside">;
 /** The replay of one recording. */
 export class ReplayRun {
   readonly state = new WatchedValue<Replay>({ kind: "none" });
-  /** First difference found by the last complete replay; null if every value was as recorded, or if no replay has finished. */
+  /**
+   * First difference found by the latest complete replay; null if every value was equal to the recorded one, or if no replay has
+   * finished.
+   */
   readonly differs = new WatchedValue<Differs | null>(null);
   readonly #system: ReplayCalls;
   readonly #name: string;
@@ -34,7 +37,7 @@ export class ReplayRun {
     this.#installed = installed;
   }
 
-  /** Replays the recording; if `present`, with the code modules that the system has now. Resolves when the replay has finished. */
+  /** Replays the recording; if `present`, with the system's current code modules. Resolves when the replay has finished. */
   async run(present: boolean): Promise<void> {
     if (this.state.get().kind === "runs") return;
     this.differs.set(null);
@@ -55,7 +58,7 @@ export class ReplayRun {
     await this.#system.aside("stop_replay", { replay }).catch(() => undefined);
   }
 
-  /** Waits for the end of the replay and returns its final state; null if it was cancelled. */
+  /** Waits until the replay ends, and returns its final state; null if it was cancelled. */
   async #end(replay: number): Promise<Replaying | null> {
     for (;;) {
       const now = await this.#system.look("replaying", { replay });
@@ -87,7 +90,7 @@ export class ReplayRun {
   }
 }
 
-/** Converts a difference to the form that the page shows; the installed instances give the names of private cells. */
+/** Converts a difference to the format that the page shows. The installed instances supply the names of private cells. */
 export function differsOf(found: ReplayDifference, installed: readonly InstalledInstances[]): Differs {
   const when = `${found.between ? "after" : "in"} firing ${found.number} of source '${found.source}'`;
   const which = found.block === "" ? "" : `block '${found.block}', output '${found.port}', `;
@@ -100,7 +103,7 @@ export function differsOf(found: ReplayDifference, installed: readonly Installed
   };
 }
 
-/** Returns the cell that stores the port of a block, `INSTANCE.LABEL`. */
+/** Returns the cell that stores the port of a block `INSTANCE.LABEL`. */
 function cellOf({ block, port }: ReplayDifference, installed: readonly InstalledInstances[]): string | null {
   for (const instance of installed.flatMap((one) => one.instances)) {
     if (!block.startsWith(`${instance.name}.`)) continue;
@@ -110,7 +113,7 @@ function cellOf({ block, port }: ReplayDifference, installed: readonly Installed
   return null;
 }
 
-/** Formats numbers with only the digits that they need: "42", not "42.0". */
+/** Formats numbers without superfluous zeros: "42", not "42.0". */
 function text(elements: readonly string[]): string {
   const said = elements.map((one) => one.replace(/\.0$/, ""));
   return said.length === 1 ? (said[0] ?? "") : said.length === 0 ? "–" : `(${said.join(", ")})`;

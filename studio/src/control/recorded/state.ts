@@ -3,7 +3,7 @@
 // transition and end with its time.
 import type { InstalledInstance, InstalledInstances, LogEntry, Statistics } from "../shapes";
 
-/** A report of the installed structure, with its time. */
+/** A report of the installed structure, with the time of the report. */
 export interface RecordedStructure<T> {
   time_ns: number;
   message: T;
@@ -22,8 +22,8 @@ export function byInstance(log: readonly LogEntry[]): ReadonlyMap<string, LogEnt
 }
 
 /**
- * Returns the instances at a time. An instance is reported a moment after it was created: if the log has earlier entries about it, it is
- * included in the form of its first report.
+ * Returns the instances at a time. An instance is reported a moment after its creation: if the log has earlier entries about it, it is
+ * included as described in its first report.
  */
 export function installedAt(
   told: readonly RecordedStructure<InstalledInstances>[],
@@ -71,7 +71,7 @@ export function toNs(time_s: number): number {
   return Math.round(time_s * 1e9);
 }
 
-/** Returns how many entries, sorted by time, are not later than a time. `timeOf` returns s. */
+/** Returns the number of entries, sorted by time, that are not later than `time_ns`. `timeOf` returns s. */
 export function countUntil<T>(entries: readonly T[], timeOf: (entry: T) => number, time_ns: number): number {
   let [low, high] = [0, entries.length];
   while (low < high) {

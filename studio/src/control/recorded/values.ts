@@ -3,10 +3,10 @@ import type { Refusal } from "../refusals";
 import type { Reading } from "../shapes";
 import type { Values, Watcher } from "../source";
 
-/** The values of a recording at its cursor, watched in the same way as those of the running system. */
+/** The values of a recording at its cursor, which can be watched like those of the running system. */
 export class RecordedValues implements Values {
   readonly #known: (name: string) => boolean;
-  /** Called when a name that had no watcher gets one. */
+  /** Called when a name gets its first watcher. */
   readonly #wanted: () => void;
   readonly #cells = new Map<string, { watchers: Set<Watcher>; reading: Reading | null | undefined }>();
 
@@ -47,7 +47,7 @@ export class RecordedValues implements Values {
     return [...this.#cells.keys()];
   }
 
-  /** Passes the values last stored before the cursor to the watchers. */
+  /** Passes the values that were last stored before the cursor to the watchers. */
   take(values: Readonly<Record<string, Reading | null>>): void {
     for (const [name, cell] of this.#cells) {
       const reading = values[name];

@@ -12,7 +12,7 @@ import { isRenewed, svvName } from "./families";
 import { Parameters } from "./Parameters";
 import { WriteField } from "./WriteField";
 
-/** One logical device with all its SVVs, live, and its parameters. */
+/** One logical device, with live values of all its SVVs, and its parameters. */
 export function DeviceDetail(props: { name: string; configuration: Configuration; now: Statistics }) {
   const { name, configuration, now } = props;
   const control = useControl();

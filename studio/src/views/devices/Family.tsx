@@ -18,7 +18,7 @@ export function StateTag(props: { of: DeviceState | undefined }) {
   return <Tag tone={TONES[props.of ?? ""] ?? "plain"}>{props.of ?? "–"}</Tag>;
 }
 
-/** Devices of one family in a table: state, first SVVs, enabling, jogging. */
+/** Table of the devices of one family: state, first SVVs, enabling, jogging. */
 export function Family(props: { of: DeviceFamily; now: Statistics; chosen: string | null }) {
   const { of, now } = props;
   const control = useControl();

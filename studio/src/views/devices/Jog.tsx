@@ -10,7 +10,7 @@ import { HeldButton, useHeld } from "./useHeld";
 export interface JogState {
   /** True if the buttons can be pressed. */
   able: boolean;
-  /** The missing requirement for jogging; null if there is none, or if the family has no joints. */
+  /** Missing requirement for jogging; null if nothing is missing, or if the family has no joints. */
   missing: "verb" | "heartbeat" | null;
   refusals: Refusal[];
   share: number;
@@ -20,7 +20,7 @@ export interface JogState {
   look: () => void;
 }
 
-/** Returns the state of jogging the joints of a family; looks up its requirements in the system. */
+/** Returns the jogging state for the joints of a family; checks whether the system meets the requirements. */
 export function useJog(family: DeviceFamily): JogState {
   const control = useControl();
   const joints = "jog_speed" in family.type.parameters;
@@ -57,7 +57,7 @@ export function useJog(family: DeviceFamily): JogState {
   };
 }
 
-/** The two buttons of a joint, which moves while one is held with the mouse, a finger, or the space bar. */
+/** The two jog buttons of a joint; the joint moves while a button is held with the mouse, a finger, or the space bar. */
 export function JogButtons(props: { of: JogState; device: string }) {
   const { of, device } = props;
   const name = shortName(device);
@@ -73,7 +73,7 @@ export function JogButtons(props: { of: JogState; device: string }) {
   );
 }
 
-/** Speed of jogging, or the missing requirement and how to fulfil it. */
+/** Jogging speed, or the missing requirement and how to meet it. */
 export function JogTools(props: { of: JogState }) {
   const { of } = props;
   const control = useControl();

@@ -14,7 +14,7 @@ import { toolOf } from "./trail";
 
 const NOTHING: DrawnObjects = { path_s: 0, body: null, ghost: null, frames: false, force_N: null };
 
-/** A physical device with a geometry, drawn in its present pose; empty without a geometry. */
+/** A physical device with a geometry, drawn in its current pose; empty if it has no geometry. */
 export default function Machine(props: { device: string; lost: string | null }) {
   const { device } = props;
   const control = useControl();

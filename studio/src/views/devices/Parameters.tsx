@@ -7,7 +7,7 @@ import { Refusals, Tag } from "../../design/parts";
 import { useAction, useControl } from "../../shell/context";
 import { valueFrom, wrongText } from "../verbs/fields";
 
-/** The parameters of a device. A tunable one takes effect at once, others at the next enabling. */
+/** The parameters of a device. A tunable parameter takes effect immediately, others when the device is next enabled. */
 export function Parameters(props: { device: string; type: DeviceType }) {
   const { device, type } = props;
   const control = useControl();

@@ -5,12 +5,12 @@ import { AIMS, type Aim } from "./ghost";
 
 /** Objects drawn in addition to the machine. */
 export interface DrawnObjects {
-  /** Length of the path before the cursor, and in a recording also after it, s; 0 for none. */
+  /** Length of the path before the cursor, and in a recording also after it, s; 0 for no path. */
   path_s: number;
   body: string | null;
   ghost: Aim | null;
   frames: boolean;
-  /** Contact force whose arrow is 10 cm long, N; null for none. */
+  /** Contact force whose arrow is 10 cm long, N; null for no arrows. */
   force_N: number | null;
 }
 

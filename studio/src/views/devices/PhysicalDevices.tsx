@@ -60,7 +60,7 @@ export function PhysicalDevices(props: { configuration: Configuration; now: Stat
   });
 }
 
-/** Source of the driver's exchange, and the events that bring its outputs to their safe state. */
+/** Source that exchanges with the driver, and the agents that bring its outputs to their safe state. */
 function Driver(props: { of: PhysicalDevice }) {
   const { class: where, safe_state, unguarded_why, watchdog_ns } = props.of;
   const said = [
@@ -77,7 +77,7 @@ function Driver(props: { of: PhysicalDevice }) {
   );
 }
 
-/** Counters of the driver: lost and refused frames, repetitions, ages. */
+/** Counters of the driver: lost and refused frames, retries, ages. */
 function Counters(props: { of: PhysicalDevice; state: PhysicalDeviceStatistics | undefined }) {
   const counters = props.of.counters ?? [];
   if (counters.length === 0) return null;

@@ -43,7 +43,7 @@ export function PointsPanel(props: { of: ArmDescription; chain: ChainDescription
   );
 }
 
-/** Table of the points, one in each row. Its height is fixed, so that nothing below it moves when another program teaches. */
+/** Table of the points, one per row. Its height is fixed, so that no element below it moves when another program teaches a point. */
 function PointList(props: {
   of: TaughtPoints;
   chain: ChainDescription;

@@ -5,7 +5,7 @@ import { Refusals } from "../../design/parts";
 import { useAction, useControl } from "../../shell/context";
 import { answerText, argumentsOfService } from "./services";
 
-/** Acyclic services of a device's driver, each as a form with its arguments by kind and unit. */
+/** Acyclic services of a device's driver, each as a form with fields for its arguments by kind and unit. */
 export function Services(props: { device: string; of: DriverService[] }) {
   if (props.of.length === 0) return null;
   return (

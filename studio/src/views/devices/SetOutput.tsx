@@ -8,13 +8,16 @@ import { valueFrom, wrongText } from "../verbs/fields";
 import { type DeviceFamily, isRenewed, shortName } from "./families";
 import { useVerb } from "./useVerb";
 
-/** Verbs that set outputs, by the types of their devices: `gpac.cell.set_output`. */
+/** Verbs that set outputs, by device type: `gpac.cell.set_output`. */
 const SETS: Record<string, { verb: string; type_text: string }> = {
   digital_output: { verb: "set_digital_output", type_text: "bool" },
   analog_output: { verb: "set_analog_output", type_text: "double" },
 };
 
-/** Verb that sets the outputs of a family; null: they are none, the page may not operate, or the system lacks the verb. */
+/**
+ * Returns the verb that sets the outputs of a family; null if they are not outputs, if the page may not operate, or if the system lacks
+ * the verb.
+ */
 export function useSetVerb(family: DeviceFamily): string | null {
   const control = useControl();
   const verb = SETS[family.type.name]?.verb ?? null;
@@ -34,7 +37,7 @@ export function useSetVerb(family: DeviceFamily): string | null {
   return isThere && mayOperate ? verb : null;
 }
 
-/** Sets one output: off and on of a digital one, a value of an analog one. */
+/** Controls that set one output: on and off for a digital one, a value for an analog one. */
 export function SetOutput(props: { device: string; type: string; state: DeviceState | undefined }) {
   const { device, state } = props;
   const running = useVerb();

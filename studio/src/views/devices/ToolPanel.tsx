@@ -189,7 +189,7 @@ function labelOf(axis: ToolAxis, direction: 1 | -1, step: Step): string {
   return step === 0 ? `Jog the tool ${way} while held` : `Step the tool ${way} by ${step} ${isTurn(axis) ? "degrees" : "mm"}`;
 }
 
-/** Choice of one of a few options, all of which are visible. */
+/** Choice between a few options that are all visible. */
 function Segments(props: { label: string; value: string; put: (value: string) => void; of: [string, string][]; unit?: string }) {
   const name = useId();
   return (

@@ -5,7 +5,7 @@ import { Refusals } from "../../design/parts";
 import { useAction, useControl } from "../../shell/context";
 import { valueFrom, wrongText } from "../verbs/fields";
 
-/** Writes an SVV with a range, which programming systems may write. */
+/** Field that writes an SVV with a range, which programming systems may write. */
 export function WriteField(props: { name: string; type_text: string; within: Within }) {
   const control = useControl();
   const action = useAction();

@@ -3,10 +3,10 @@ import { useEffect, useState } from "react";
 import type { ArmDescription } from "../../control/shapes";
 import { useControl } from "../../shell/context";
 
-/** Period at which the page queries the arms, ms: a program may change the tool of an arm. */
+/** Polling interval for the arms, ms. They are polled because a program may change the tool of an arm. */
 const LOOK_MS = 1000;
 
-/** Returns the arms of the system, as its programs currently describe them; null while unknown, and for a recording. */
+/** Returns the arms of the system, as its programs currently describe them; null while they are unknown, and for a recording. */
 export function useArms(): ArmDescription[] | null {
   const control = useControl();
   const [arms, setArms] = useState<ArmDescription[] | null>(null);

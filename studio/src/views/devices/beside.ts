@@ -18,11 +18,11 @@ export interface Scene {
   geometry: Geometry;
   machine: BuiltMachine;
   stage: Pick<Stage, "add" | "remove" | "draw">;
-  /** Report of the drawn objects: number of positions of the path, whether the ghost is shown, number of contacts. */
+  /** Data attributes that report what is drawn: number of positions in the path, whether the ghost is shown, number of contacts. */
   told: DOMStringMap;
 }
 
-/** Draws the objects until the returned function is called. `failed` is called with the reason if one cannot be drawn. */
+/** Draws the objects until the returned function is called. `failed` is called with the reason if an object cannot be drawn. */
 export function drawBeside(scene: Scene, drawn: DrawnObjects, failed: (why: unknown) => void): () => void {
   const over = new AbortController();
   const ends: (() => void)[] = [];
@@ -105,7 +105,7 @@ async function drawGhost({ control, geometry, stage, told }: Scene, aim: Aim, si
   };
 }
 
-/** The path as two lines: up to the cursor, and a fainter one after it. */
+/** The path, drawn as two lines: one up to the cursor, and a fainter one after it. */
 class PathLines {
   readonly root = new Group();
   readonly #before = line(1);

@@ -2,11 +2,11 @@
 // Contacts of a machine as arrows: from the position of each, along the force of its first shape on its second.
 import { ArrowHelper, type Color, Group, Vector3 } from "three";
 
-/** Numbers per contact: x, y, z in m, then the force, N. */
+/** Number of values per contact: x, y, z in m, then the force in N. */
 const TOLD = 6;
-/** Length of the arrow of the chosen force, m. */
+/** Length of the arrow for the reference force, m. */
 export const CHOSEN_M = 0.1;
-/** Length of an arrow's head as a fraction of the arrow, and its maximum, m. */
+/** Length of an arrow's head, as a fraction of the arrow, and its maximum, m. */
 const HEAD = 0.3;
 const HEAD_MAX_M = 0.03;
 
@@ -16,7 +16,10 @@ export interface Arrow {
   length_m: number;
 }
 
-/** Returns the arrows of the contacts; a force of `chosen_N` has the length [`CHOSEN_M`]. Contacts without a force are left out. */
+/**
+ * Returns the arrows of the contacts; the arrow of a force of `chosen_N` has the length [`CHOSEN_M`]. Contacts without a force are left
+ * out.
+ */
 export function arrowsOf(told: readonly number[], chosen_N: number): Arrow[] {
   const arrows: Arrow[] = [];
   for (let at = 0; at + TOLD <= told.length; at += TOLD) {
@@ -29,7 +32,7 @@ export function arrowsOf(told: readonly number[], chosen_N: number): Arrow[] {
   return arrows;
 }
 
-/** Makes an arrow that is visible through bodies, because contacts lie inside them. */
+/** Creates an arrow that is visible through bodies, because contacts lie inside them. */
 function arrow(colour: Color): ArrowHelper {
   const helper = new ArrowHelper(undefined, undefined, 1, colour);
   for (const part of [helper.line, helper.cone]) {

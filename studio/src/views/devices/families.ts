@@ -3,7 +3,7 @@ import type { Configuration, DeviceState, DeviceType, SvvSpecification } from ".
 
 /** Logical devices of one type with a common prefix: the joints of an arm. */
 export interface DeviceFamily {
-  /** Prefix, such as `ur5e`; the name of the type if the names have no prefix. */
+  /** Prefix, such as `ur5e`; the type name if the names have no prefix. */
   name: string;
   type: DeviceType;
   devices: string[];
@@ -23,12 +23,12 @@ export function familiesOf(configuration: Configuration): DeviceFamily[] {
   return [...found.values()];
 }
 
-/** Returns the name of a device's SVV in the system: its own, or the shared one. */
+/** Returns the name of a device's SVV in the system: its own SVV, or the shared one. */
 export function svvName(device: string, member: string, svv: SvvSpecification): string {
   return svv.shared ?? `${device}.${member}`;
 }
 
-/** Returns the SVVs shown in a table of several devices: the first `most` scalars that are not shared. */
+/** Returns the SVVs to show in a table of several devices: the first `most` scalars that are not shared. */
 export function columnsOf(type: DeviceType, most = 4): [string, SvvSpecification][] {
   return Object.entries(type.svvs)
     .filter(([, svv]) => svv.shared === null && !/[[{]/.test(svv.type_text))
@@ -39,7 +39,7 @@ export function shortName(device: string): string {
   return device.slice(device.lastIndexOf(".") + 1);
 }
 
-/** Returns whether the verb that operates a device is running and renews its values. */
+/** Returns whether the verb that keeps a device running is active and updates its values. */
 export function isRenewed(state: DeviceState | undefined): boolean {
   return state !== undefined && state !== "disabled" && state !== "fault";
 }

@@ -6,14 +6,14 @@ import type { Geometry, InstalledInstance } from "../../control/shapes";
 import { colour } from "../../design/colours";
 import { type BuiltMachine, buildMachine } from "./machine";
 
-/** Members of a joint that contain its target position. */
+/** Members of a joint that contain a target position. */
 export const AIMS = ["goal", "commanded"] as const;
 export type Aim = (typeof AIMS)[number];
 const SENSED = ".sensed";
 
 /**
- * Returns the geometry with its joints at their targets: each follows the member `aim` of the device whose `sensed` position is read
- * from the joint's channel. Returns null if no joint has such a member.
+ * Returns the geometry with its joints at their targets: each joint follows the member `aim` of the device whose `sensed` position is
+ * read from the joint's channel. Returns null if no joint has such a member.
  */
 export function aimed(
   geometry: Geometry,

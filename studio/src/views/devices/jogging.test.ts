@@ -4,7 +4,7 @@ import { RefusalError } from "../../control/refusals";
 import type { Source } from "../../control/source";
 import { BEAT, JOG_TOOL, type JogMotion, Press } from "./jogging";
 
-/** A system whose calls are listed, with the time of the press that each was made for. */
+/** A system that records its calls, each with the time of the press for which it was made. */
 class Rig {
   now = 1000;
   readonly calls: [string, number | undefined][] = [];
@@ -12,7 +12,7 @@ class Rig {
   readonly beats: number[] = [];
   readonly starts: { client?: number }[] = [];
   inputs = ["velocity", "client"];
-  /** States that an instance has in turn, before it has ended. */
+  /** States that an instance passes through before it has ended. */
   states: string[] = [];
   refusesStart = false;
   readonly source = {

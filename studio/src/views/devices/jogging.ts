@@ -12,11 +12,11 @@ export const JOG = "jog";
 export const JOG_TOOL = "jog_linear";
 /** SVV to which the page writes its heartbeat while the button is held. */
 export const BEAT = "studio.heartbeat";
-/** Period of the heartbeat, ms. The joints stop when it is older than 250 ms. */
+/** Period of the heartbeat, ms. The joints stop if the latest heartbeat is older than 250 ms. */
 const BEAT_MS = 60;
-/** Number of heartbeats of one client, after which its numbers repeat: `BEATS` of the block `heartbeat`. */
+/** Number of heartbeats after which a client's numbers repeat: `BEATS` of the block `heartbeat`. */
 const BEATS = 2 ** 20;
-/** Maximum number of a client. */
+/** Maximum client number. */
 const CLIENT_MAX = 2 ** 31 - 1;
 
 /** Returns a new client number. Each press has its own, so that no other press, of this or another page, keeps its motion going. */
@@ -25,10 +25,10 @@ function newClient(): number {
   return 1 + (random % CLIENT_MAX);
 }
 
-/** Instances whose start was refused because it came late, by verb and devices: the next press starts them at once. */
+/** Instances whose start was refused because it was late, by verb and devices. The next press starts them immediately. */
 const KEPT = new WeakMap<Source, Map<string, number>>();
 
-/** Motion caused by one press. */
+/** Motion started by one press. */
 export interface JogMotion {
   verb: string;
   /** Logical devices of the verb's argument `arm`. */
@@ -42,15 +42,16 @@ export interface JogMotion {
 export class Press {
   readonly #control: Source;
   #held = true;
-  /** Time of the press of a step, which its start must not exceed by 0.5 s, because the button may be released by then. */
+  /** For a step, the time of the press. The step must start within 0.5 s of it, because the button may be released by then. */
   readonly #pressed: PressTime | undefined;
   readonly motion: JogMotion;
   /**
-   * Settles when the joints are at rest and the instance has been deleted: with the report of a motion that ended by itself, else null.
+   * Resolves when the joints are at rest and the instance has been deleted: with the report of a motion that ended by itself, otherwise
+   * with null.
    */
   readonly done: Promise<Report | null>;
 
-  /** `before` is the `done` of the previous press, whose halt it waits for. */
+  /** `before` is the `done` of the previous press; this press waits until its motion has halted. */
   constructor(control: Source, motion: JogMotion, before: Promise<unknown> = Promise.resolve()) {
     this.#control = control;
     this.motion = motion;
@@ -61,12 +62,12 @@ export class Press {
     );
   }
 
-  /** Releases the button: a held motion ends, a step continues. */
+  /** Handles the release of the button: a held motion ends, a step continues. */
   release(): void {
     if (!this.motion.isStep) this.#held = false;
   }
 
-  /** Ends any motion, even a step, because the page is hidden or left, or its connection was lost. */
+  /** Ends any motion, including a step, because the page is hidden or left, or its connection was lost. */
   leave(): void {
     this.#held = false;
   }
@@ -120,7 +121,7 @@ function passed(ms: number): Promise<void> {
   return new Promise((over) => setTimeout(over, ms));
 }
 
-/** Ignores the error for an instance that has already ended. */
+/** Ignores an error that states that the instance has already ended. */
 function ended(why: unknown): void {
   if (!(why instanceof RefusalError && why.is("InvalidState"))) throw why;
 }

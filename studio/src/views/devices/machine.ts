@@ -17,7 +17,7 @@ import {
 import { toCreasedNormals } from "three/examples/jsm/utils/BufferGeometryUtils.js";
 import type { Geometry, GeometryGeom, GeometryJoint } from "../../control/shapes";
 
-/** Edges sharper than this are shaded as edges, rad. */
+/** Angle above which edges are shaded as sharp, rad. */
 const CREASE = 0.6;
 
 export interface BuiltMachine {
@@ -26,7 +26,7 @@ export interface BuiltMachine {
   joints: { name: string; svv: string; move: (position: number) => void }[];
   /** Free joints whose pose is the value of `svv`; `place` takes x, y, z in m, then w x y z. */
   free: { name: string; svv: string; place: (pose: readonly number[]) => void }[];
-  /** Joints whose position is not published: they stay as modelled. */
+  /** Joints whose position is not published, so they stay as modelled. */
   still: string[];
   /** Objects that move with the bodies, by body name. */
   bodies: ReadonlyMap<string, Object3D>;
@@ -145,7 +145,7 @@ function geometryOf(geom: GeometryGeom, meshes: BufferGeometry[]): BufferGeometr
   }
 }
 
-/** Frees the graphics memory of a machine. */
+/** Frees a machine's graphics memory. */
 export function disposeMachine(root: Object3D): void {
   root.traverse((object) => {
     if (!(object instanceof Mesh)) return;

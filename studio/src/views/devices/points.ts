@@ -14,22 +14,27 @@ import type {
 import { SPEED_MAX, TURN_MAX } from "./toolJog";
 import { apart, composed, inverse, numbersOf, type Pose, poseOf, poseOfTurns, rollPitchYaw, toolPose, type Vector } from "./toolPose";
 
-/** Frame of a point that consists of joint positions, and the frame of the arm's poses. */
+/** First the frame name of a point that consists of joint positions, and then the name of the frame of the arm's poses. */
 export const JOINTS = "joints";
 export const WORLD = "world";
-/** Tolerance (m, rad) between the tool's pose at the taught joints and the pose of the point; within it, the taught joints are used. */
+/**
+ * Tolerance (m, rad) between the tool's pose at the taught joints and the pose of the point; if the difference is smaller, the taught
+ * joints are used.
+ */
 const SAME = 1e-8;
 const DEGREES = 180 / Math.PI;
 const NOWHERE: Pose = poseOf([0, 0, 0, 1, 0, 0, 0]);
 
 export interface PointGoal {
-  /** Pose of the present tool of the arm, in the frame of the arm's poses. */
+  /** Pose of the arm's current tool, in the frame of the arm's poses. */
   pose: Pose;
-  /** Joint positions; null if the frame or tool has changed since the teaching, so that they would have to be computed. */
+  /**
+   * Joint positions; null if the frame or tool has changed since the point was taught, so that the positions would have to be computed.
+   */
   joints: number[] | null;
 }
 
-/** Returns the goal of a point with the present frames and tools; null if its frame or tool does not exist. */
+/** Returns the goal of a point with the current frames and tools; null if its frame or tool does not exist. */
 export function goalOf(points: TaughtPoints, point: TaughtPoint, chain: ChainDescription): PointGoal | null {
   const there = toolPose(chain, point.joints);
   if (point.position === null) return { pose: there, joints: point.joints };
@@ -43,7 +48,7 @@ export function goalOf(points: TaughtPoints, point: TaughtPoint, chain: ChainDes
 }
 
 /**
- * Returns a point to teach at the joint positions `q`. `frame`: `joints`, `world` or a work frame; `tool`: a tool of the file, or null
+ * Returns a point taught at the joint positions `q`. `frame` is `joints`, `world` or a work frame; `tool` is a tool of the file, or null
  * for the arm's tool.
  */
 export function taughtAt(
@@ -77,8 +82,8 @@ function radians(degrees: readonly number[]): Vector {
 export type Way = "joints" | "line";
 
 /**
- * Returns the verb and the inputs of a motion to a point, at `share` % of the maximum speed; null if it needs joint positions that are
- * unknown.
+ * Returns the verb and the inputs of a motion to a point, at `share` % of the maximum speed; null if the motion needs joint positions
+ * that are unknown.
  */
 export function motionTo(
   goal: PointGoal,

@@ -5,8 +5,8 @@ import { valueText } from "../../design/numbers";
 import { numberIn, type ReadResult } from "../../design/quantities";
 
 /**
- * Reads the text of one argument; undefined if it is empty and has a default. A number may have a unit, and is converted to that of the
- * argument.
+ * Parses the text of one argument; undefined if it is empty and has a default. A number may have a unit, and is converted to the
+ * argument's unit.
  */
 export function argumentFrom(text: string, of: DriverOption): ReadResult<unknown> {
   const written = text.trim();
@@ -40,7 +40,7 @@ function parsed(written: string, kind: "list" | "table"): ReadResult<unknown> {
   return { wrong: kind === "list" ? `'${written}' is not a list: write [1, 2]` : `'${written}' is not a table: write {"name": 1}` };
 }
 
-/** Returns all arguments of a service, without the empty ones, and the errors by argument. */
+/** Returns all arguments of a service except empty ones, and the errors for each argument. */
 export function argumentsOfService(
   service: DriverService,
   texts: Record<string, string>,
@@ -55,7 +55,7 @@ export function argumentsOfService(
   return { given, wrong };
 }
 
-/** Returns the answer of a service as text: a list has one line per item. */
+/** Formats the answer of a service as text; a list has one line per item. */
 export function answerText(answer: Value | null): string {
   if (answer === null) return "done";
   if (Array.isArray(answer)) return answer.length === 0 ? "nothing" : answer.map((one) => valueText(one)).join("\n");

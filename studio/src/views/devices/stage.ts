@@ -38,7 +38,7 @@ export class Stage {
   #grid: GridHelper | null = null;
   #frame = 0;
 
-  /** Throws the browser's error if it does not support WebGL. */
+  /** Throws the browser's error if the browser does not support WebGL. */
   constructor(place: HTMLElement, machine: Object3D) {
     this.#place = place;
     this.#machine = machine;
@@ -60,7 +60,7 @@ export class Stage {
     this.look("corner");
   }
 
-  /** Draws at the next animation frame. */
+  /** Requests a redraw in the next animation frame. */
   draw(): void {
     if (this.#frame) return;
     this.#frame = requestAnimationFrame(() => {

@@ -5,7 +5,7 @@ import type { ArmDescription, ChainDescription, Report } from "../../control/sha
 import { JOG_TOOL, type JogMotion } from "./jogging";
 import { movingJoints } from "./toolPose";
 
-/** Maximum speeds of the tool: m/s along an axis, rad/s about an axis. They equal those of the verb. */
+/** Maximum speeds of the tool: m/s along an axis, rad/s about an axis. They equal the limits of the verb. */
 export const SPEED_MAX = 0.25;
 export const TURN_MAX = 1;
 /** Number of joints required to move a tool along and about all axes. */
@@ -15,14 +15,14 @@ const AXES = 6;
 export const TOOL_AXES = ["X", "Y", "Z", "RX", "RY", "RZ"] as const;
 export type ToolAxis = (typeof TOOL_AXES)[number];
 
-/** Lengths of a step, mm or degrees; 0: no step, the tool moves while the button is held. */
+/** Step lengths, mm or degrees. 0 means no step: the tool moves while the button is held. */
 export const STEPS = [0, 0.1, 1, 10] as const;
 export type Step = (typeof STEPS)[number];
 
 export interface ToolJog {
   axis: ToolAxis;
   direction: 1 | -1;
-  /** Fraction of the maximum speed, %. */
+  /** Percentage of the maximum speed. */
   share: number;
   inTool: boolean;
   step: Step;
@@ -42,7 +42,7 @@ export function whyNot(arm: ArmDescription): string | null {
   return null;
 }
 
-/** Returns the motion for one press of a jog button. `chain` is the arm's present geometry, including its tool. */
+/** Returns the motion for one press of a jog button. `chain` is the arm's current geometry, including its tool. */
 export function toolMotion(arm: ArmDescription, chain: ChainDescription, jog: ToolJog): JogMotion {
   const turns = isTurn(jog.axis);
   const speeds = (of: boolean, most: number) =>
@@ -68,7 +68,7 @@ export function notEnabled(joints: readonly string[]): Refusal {
   return { class: "NotEnabled", message: `${which} not enabled, so nothing has moved.`, remedy: "press Enable all above" };
 }
 
-/** Returns a message about a motion of the tool that ended by itself, if a person has to know it; null if it ended as intended. */
+/** Returns a message about a motion of the tool that ended by itself, if the person must be informed; null if it ended as intended. */
 export function toldOfEnd(arm: ArmDescription, report: Report): Refusal | null {
   const { condition } = report;
   if (condition === "arrived") return null;

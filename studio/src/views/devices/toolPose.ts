@@ -3,7 +3,7 @@
 import type { ChainDescription } from "../../control/shapes";
 
 export type Vector = [number, number, number];
-/** Rotation matrix, row by row. */
+/** Rotation matrix, in row-major order. */
 type Turn = [Vector, Vector, Vector];
 
 /** Position (m) and orientation in a frame. */
@@ -15,7 +15,7 @@ export interface Pose {
 /** Kinds of joints in a chain. */
 const HINGE = 1;
 const SLIDE = 2;
-/** Sine of the minimum distance from a pitch of 90 degrees at which roll and yaw can be distinguished. */
+/** Sine of the minimum angle from a pitch of 90 degrees at which roll and yaw can be distinguished. */
 const UPRIGHT = 1e-9;
 
 /** Returns the number of joints that move the tool. */
@@ -23,7 +23,7 @@ export function movingJoints(chain: ChainDescription): number {
   return chain.kind.slice(0, chain.joints).filter((kind) => kind === HINGE || kind === SLIDE).length;
 }
 
-/** Returns the pose of the tool, in the frame of the arm's poses. `q`: joint positions, rad or m, in the order of the chain. */
+/** Returns the pose of the tool, in the frame of the arm's poses. `q` contains joint positions, rad or m, in the order of the chain. */
 export function toolPose(chain: ChainDescription, q: readonly number[]): Pose {
   let pose = poseOf(chain.base);
   for (let joint = 0; joint < chain.joints; joint += 1) {
@@ -53,7 +53,7 @@ export function poseOf(numbers: readonly number[]): Pose {
   };
 }
 
-/** Transforms the pose `inner`, which is relative to `outer`, to the frame in which `outer` is expressed. */
+/** Transforms the pose `inner`, which is relative to `outer`, to the reference frame of `outer`. */
 export function composed(outer: Pose, inner: Pose): Pose {
   const columns = [0, 1, 2].map((column) => applied(outer.turn, inner.turn.map((row) => row[column]) as Vector));
   const turn = [0, 1, 2].map((row) => columns.map((column) => column[row])) as Turn;
@@ -68,14 +68,14 @@ export function rollPitchYaw({ turn: [x, y, z] }: Pose): Vector {
   return [Math.atan2(z[1], z[2]), pitch, Math.atan2(y[0], x[0])];
 }
 
-/** Returns the pose at a position (m), rotated by roll, pitch and yaw, rad. */
+/** Returns the pose at a position (m), rotated by roll, pitch and yaw (rad). */
 export function poseOfTurns(place: Vector, [roll, pitch, yaw]: Vector): Pose {
   const [x, y, z] = [rotation([1, 0, 0], roll), rotation([0, 1, 0], pitch), rotation([0, 0, 1], yaw)];
   const about = (turn: Turn): Pose => ({ place: [0, 0, 0], turn });
   return { place, turn: composed(about(z), composed(about(y), about(x))).turn };
 }
 
-/** Returns the inverse of a pose: its reference frame, as seen from the pose. */
+/** Returns the inverse of a pose, that is, the pose of its reference frame relative to it. */
 export function inverse({ place, turn }: Pose): Pose {
   const back = [0, 1, 2].map((column) => turn.map((row) => row[column])) as Turn;
   return { place: scaled(applied(back, place), -1), turn: back };
@@ -107,7 +107,7 @@ export function apart(one: Pose, other: Pose): [number, number] {
   return [Math.hypot(...subtract(other.place, one.place)), Math.atan2(sine, cosine)];
 }
 
-/** Returns the rotation about a unit vector by an angle, by Rodrigues' formula. */
+/** Returns the rotation about a unit vector by an angle, computed with Rodrigues' formula. */
 function rotation([x, y, z]: Vector, angle: number): Turn {
   const [s, c] = [Math.sin(angle), Math.cos(angle)];
   const d = 1 - c;

@@ -17,7 +17,7 @@ const body = (name: string, parent: string | null, position: [number, number, nu
   geoms: [],
 });
 
-/** Two links of 1 m that turn about z, with a hand at the end. */
+/** Two links of 1 m that rotate about z, with a hand at the end. */
 const ARM: Geometry = {
   meshes: [],
   contacts: null,
@@ -39,7 +39,7 @@ function samples(times: number[], values: number[]): string {
   return btoa(Array.from(new Uint8Array(view.buffer), (byte) => String.fromCharCode(byte)).join(""));
 }
 
-/** Returns a recording of 10 s in which the first joint turns at 1 rad/s and the second stays at a right angle. */
+/** Returns a recording of 10 s in which the first joint rotates at 1 rad/s and the second stays at a right angle. */
 function past(asked: [number, number][]): Past {
   const channel = (name: string) => ({ name, type_text: "double", unit: "rad", components: 1 });
   return {

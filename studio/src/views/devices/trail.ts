@@ -6,7 +6,7 @@ import type { Past } from "../../control/source";
 import { runsOf } from "../scope/recorded";
 import { type BuiltMachine, buildMachine } from "./machine";
 
-/** Position of the body at a time. */
+/** Position of a body at a time. */
 export interface Place {
   time_ns: number;
   at: Vector3;
@@ -16,10 +16,10 @@ export interface Place {
 const PLACES_MAX = 600;
 /** Minimum distance between two positions of a path, m. */
 const STEP_M = 2e-4;
-/** Number of spans fetched on each side, so that a small movement of the cursor requests nothing. */
+/** Number of spans fetched on each side, so that a small movement of the cursor needs no request. */
 const AHEAD = 2;
 
-/** Returns the body at the end of the longest chain of joints, by default the tool. */
+/** Returns the body at the end of the longest chain of joints, which is taken as the default tool. */
 export function toolOf(geometry: Geometry): string | null {
   const depths = new Map<string, number>();
   let found: string | null = null;
@@ -32,7 +32,7 @@ export function toolOf(geometry: Geometry): string | null {
   return found;
 }
 
-/** Returns the position of a body in the world, in the present pose of the machine. */
+/** Returns the position of a body in the world, in the machine's current pose. */
 export function placeOf(machine: BuiltMachine, body: string): Vector3 {
   const found = machine.bodies.get(body);
   if (!found) return new Vector3();
@@ -40,7 +40,7 @@ export function placeOf(machine: BuiltMachine, body: string): Vector3 {
   return found.getWorldPosition(new Vector3());
 }
 
-/** The live path: the positions during the last span of time. */
+/** The live path: the positions during the most recent span of time. */
 export class LivePath {
   readonly #span_ns: number;
   #places: Place[] = [];
@@ -49,7 +49,7 @@ export class LivePath {
     this.#span_ns = span_ns;
   }
 
-  /** Adds the present position and returns the path. If time jumps back, the system was restarted, and so is the path. */
+  /** Adds the current position and returns the path. If time jumps back, the system was restarted, so the path restarts too. */
   add(time_ns: number, at: Vector3): Place[] {
     const last = this.#places.at(-1);
     if (last && time_ns < last.time_ns) this.#places = [];
@@ -60,7 +60,7 @@ export class LivePath {
   }
 }
 
-/** The path in a recording: a hidden machine moves through the stored joint positions. */
+/** The path in a recording, for which a hidden machine moves through the stored joint positions. */
 export class RecordedPath {
   readonly #past: Past;
   readonly #machine: BuiltMachine;

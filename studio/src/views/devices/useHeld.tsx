@@ -6,20 +6,23 @@ import type { Source } from "../../control/source";
 import { useControl } from "../../shell/context";
 import { type JogMotion, Press } from "./jogging";
 
-/** Last press of each system: the next press waits for its halt, even if it is of another button. */
+/** Latest press of each system. The next press, even of another button, waits until its motion has halted. */
 const LAST = new WeakMap<Source, Promise<unknown>>();
 
 export interface HeldMotion {
-  /** Motion in progress; null if there is none. */
+  /** Motion in progress; null if none is. */
   under: JogMotion | null;
   refusals: Refusal[];
-  /** Starts a motion, unless one is in progress whose button is still held, or which is a step. */
+  /** Starts a motion, unless another one is in progress that is a step or whose button is still held. */
   press: (motion: JogMotion) => void;
   /** Releases the button. */
   release: () => void;
 }
 
-/** Moves something while a button is held, or by a step. `told` receives the report of a motion that ended by itself. */
+/**
+ * Returns functions that move a machine while a button is held, or by a step. `told` receives the report of a motion that ended by
+ * itself.
+ */
 export function useHeld(told: (report: Report) => void = () => undefined): HeldMotion {
   const control = useControl();
   const [refusals, setRefusals] = useState<Refusal[]>([]);
@@ -67,7 +70,7 @@ export function useHeld(told: (report: Report) => void = () => undefined): HeldM
   return { under, refusals, press, release };
 }
 
-/** A button that moves something while it is held, with the mouse, a finger, or the space bar. */
+/** A button that moves a machine while it is held with the mouse, a finger, or the space bar. */
 export function HeldButton(props: { label: string; press: () => void; release: () => void; isBusy?: boolean; children: ReactNode }) {
   // The previously pressed button loses the focus only after this one was pressed, which must not release this one.
   const isPressed = useRef(false);

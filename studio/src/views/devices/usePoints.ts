@@ -4,7 +4,7 @@ import { type Refusal, RefusalError } from "../../control/refusals";
 import type { TaughtPoints } from "../../control/shapes";
 import { useControl } from "../../shell/context";
 
-/** Period at which the file is read again, ms: programs and people also change it. */
+/** Interval at which the file is reread, ms, because programs and people also change it. */
 const LOOK_MS = 2000;
 
 export interface PointsOfArm {

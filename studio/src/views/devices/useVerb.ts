@@ -6,19 +6,19 @@ import type { Argument, Report, Value } from "../../control/shapes";
 import type { Source } from "../../control/source";
 import { useControl } from "../../shell/context";
 
-/** Period at which a verb that runs is looked at, ms. */
+/** Interval at which a running verb is checked, ms. */
 const LOOK_MS = 150;
 
-/** A verb that a press asks for. */
+/** A verb requested by a press. */
 export interface AskedVerb {
   verb: string;
   arguments: Record<string, Argument>;
   values: Record<string, Value>;
 }
 
-/** A verb that the page has begun. */
+/** A verb that the page has started. */
 export interface VerbUnderWay {
-  /** Subject of the press: the point that is gone to, or the output. */
+  /** Subject of the press: the approached point, or the output. */
   about: string;
   instance: number;
 }
@@ -26,13 +26,13 @@ export interface VerbUnderWay {
 export interface VerbRunner {
   under: VerbUnderWay | null;
   refusals: Refusal[];
-  /** Begins a verb, unless one is under way; `told` is given its report. */
+  /** Starts a verb, unless one is in progress; `told` is called with its report. */
   begin: (about: string, asked: AskedVerb, told: (report: Report) => void) => void;
   stop: () => void;
   clear: () => void;
 }
 
-/** Runs verbs of the system, one at a time, each from a press to its end. */
+/** Runs verbs of the system, one at a time, each from the press to its end. */
 export function useVerb(): VerbRunner {
   const control = useControl();
   const [under, setUnder] = useState<VerbUnderWay | null>(null);
@@ -61,7 +61,7 @@ interface KeptInstance {
   instance: number;
 }
 
-/** Makes an instance, starts it, waits for its end and removes it. An instance whose start came too late is kept for the next press. */
+/** Creates an instance, starts it, waits for its end and deletes it. An instance whose start was too late is kept for the next press. */
 async function runVerb(
   control: Source,
   asked: AskedVerb,

@@ -7,7 +7,7 @@ import { Installed } from "./installed/Installed";
 
 const Editor = lazy(() => import("./edit/Editor"));
 
-/** The view of the data flow: the installed instances or, on request, the editor. */
+/** Data flow view: shows the installed instances or, on request, the editor. */
 export default function View() {
   const control = useControl();
   const [editing, setEditing] = useState(false);

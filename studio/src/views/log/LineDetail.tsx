@@ -5,7 +5,7 @@ import { ReportTable } from "../../shell/ReportTable";
 import { addressOf } from "../../shell/route";
 import type { Line } from "./lines";
 
-/** A whole line: its text and, for an end, the report. */
+/** Details of a line: its full text and, for an end, the end report. */
 export function LineDetail(props: { of: Line; close: () => void }) {
   const { of } = props;
   return (

@@ -5,10 +5,13 @@ import { seconds } from "../../design/numbers";
 import { BAD_KINDS, type Line, linesUntil, WARN_KINDS } from "./lines";
 import { BEYOND, broughtIntoSight, rowsInSight, type Sight } from "./sight";
 
-/** Height of a line, px; in a narrow window, it has two rows. */
+/** Height of a line, px; in a narrow window, a line takes two rows. */
 const [WIDE, NARROW] = [24, 44];
 
-/** The visible lines of a long list. They follow the newest line while the end is visible or, in a recording, the cursor. */
+/**
+ * The visible lines of a long list. The view follows the latest line while the end of the list is visible, or, in a recording, the
+ * cursor.
+ */
 export function Lines(props: { of: Line[]; chosen: string | null; choose: (line: Line) => void; still: boolean; past: Past | null }) {
   const { of: lines, chosen, choose, past } = props;
   const passed = usePassed(past, lines);
@@ -133,7 +136,7 @@ const Row = memo(function Row(props: {
   );
 });
 
-/** Returns how many lines are not later than the cursor of a recording; null if the lines are live. */
+/** Returns the number of lines that are not later than the cursor of a recording; null if the lines are live. */
 function usePassed(past: Past | null, lines: readonly Line[]): number | null {
   return useSyncExternalStore(
     (changed) => past?.cursor.watch(changed) ?? (() => undefined),

@@ -13,7 +13,7 @@ import { Lines } from "./Lines";
 import { asCsv, asJsonLines, BAD_KINDS, kindsOf, type Line, linesOf, shownLines, WARN_KINDS } from "./lines";
 import "./log.css";
 
-/** Log of the system: conditions, faults, transitions, ends with their reports, commands and who gave them. */
+/** Log of the system: conditions, faults, transitions, ends with their reports, and commands with their callers. */
 export default function Log() {
   const control = useControl();
   const { past } = control;
@@ -104,7 +104,7 @@ export default function Log() {
   );
 }
 
-/** Returns the entries so far; in a recording, always all of them, so that the lines are the same for any cursor. */
+/** Returns the entries so far; in a recording, always all entries, so that the lines are the same for any cursor position. */
 function useTold<T>(topic: Topic<KeptEntries<T>>, past: Past | null): KeptEntries<T> | null {
   const first = useRef<{ of: Topic<KeptEntries<T>>; told: KeptEntries<T> } | null>(null);
   return useSyncExternalStore(topic.watch, () => {

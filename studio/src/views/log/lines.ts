@@ -13,7 +13,7 @@ export interface Line {
   about: string;
   text: string;
   who: string;
-  /** Number of consecutive repetitions, and the time of the first. */
+  /** Number of consecutive repetitions, and the time of the first one. */
   times: number;
   first_s: number;
   report: Report | null;
@@ -31,12 +31,12 @@ export function linesOf(log: KeptEntries<LogEntry> | null, ends: KeptEntries<End
   return [...earlier.map((line, index) => ({ ...line, key: `b${index}`, isEarlier: true })), ...present];
 }
 
-/** Returns all entries; in a recording, also those after the cursor. */
+/** Returns all entries; in a recording, including those after the cursor. */
 function allOf<T>(kept: KeptEntries<T> | null): T[] {
   return [...(kept?.entries ?? []), ...(kept?.later ?? [])];
 }
 
-/** Returns how many lines, sorted by time, are not later than a time. */
+/** Returns the number of lines, sorted by time, that are not later than a time. */
 export function linesUntil(lines: readonly Line[], time_ns: number): number {
   return countUntil(lines, (line) => line.time_s, time_ns);
 }
@@ -89,7 +89,7 @@ export interface Filter {
   text: string;
 }
 
-/** Returns the lines that pass the filter. A repetition of the previous line is only counted there. */
+/** Returns the lines that pass the filter. A repetition of the previous line only increments its count. */
 export function shownLines(lines: Line[], filter: Filter): Line[] {
   const words = filter.text.toLowerCase().split(/\s+/).filter(Boolean);
   const shown: Line[] = [];

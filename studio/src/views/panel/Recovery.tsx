@@ -3,7 +3,7 @@ import { forEach } from "../../control/together";
 import { Refusals } from "../../design/parts";
 import { useAction, useControl, useTopic } from "../../shell/context";
 
-/** Recovery from an emergency stop: reset, then enable. The height is the same in every state. */
+/** Recovery from an emergency stop: reset, then enable. Its height is the same in every state. */
 export function Recovery() {
   const control = useControl();
   const action = useAction();

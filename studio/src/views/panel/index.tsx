@@ -7,7 +7,7 @@ import "../workspaces/workspaces.css";
 import { Recovery } from "./Recovery";
 import "./panel.css";
 
-/** A workspace as a panel for operators: large, with only the top bar in addition. */
+/** A workspace as a panel for operators: enlarged, with only the top bar above it. */
 export default function OperatorPanel() {
   const { all, refusals } = useWorkspaces();
   const { path } = useRoute();

@@ -9,12 +9,12 @@ import { useAction, useLive, useWatched } from "../../shell/context";
 import { go } from "../../shell/route";
 import { freeText, type RunningRecording, recordingOf, sizeText, sumOf } from "./begun";
 
-/** Period at which the list of recordings is read, ms. */
+/** Interval at which the list of recordings is read, ms. */
 const LOOK_MS = 2000;
-/** Maximum number of listed recordings; others are found by name. */
+/** Maximum number of recordings listed; others are found by name. */
 const SHOWN_MAX = 200;
 
-/** The recordings in the system's folder, the newest first, each with a description and a button that opens it. */
+/** The recordings in the system's recordings folder, newest first, each with a description and a button that opens it. */
 export function Files(props: { begun: RunningRecording[]; changed: (one: RunningRecording, now: RunningRecording) => void }) {
   const { files, refusals } = useFiles();
   const [text, setText] = useState("");
@@ -152,20 +152,20 @@ function Row(props: {
   );
 }
 
-/** Describes an unreadable part of a file: its location and the lost messages. */
+/** Describes an unreadable section of a file: its location and the lost messages. */
 function damageText(of: DamagedPart): string {
   const lost = of.lost == null ? "unknown" : `${count(sumOf(of.lost))} (${Object.keys(of.lost).join(", ")})`;
   const when = of.from_ns == null || of.to_ns == null ? "" : `, ${seconds(of.from_ns / 1e9)} to ${seconds(of.to_ns / 1e9)}`;
   return `bytes ${of.begins} to ${of.ends}${when}: ${of.what}; messages lost: ${lost}`;
 }
 
-/** Formats when a recording began, by the wall clock. */
+/** Formats the wall-clock time at which a recording started. */
 function whenText(about: RecordingContents): string {
   const at = new Date((about.epoch_unix_s + about.begins_ns / 1e9) * 1000);
   return at.toLocaleString(undefined, { dateStyle: "short", timeStyle: "medium" });
 }
 
-/** Describes the ends of instances, one entry per kind: "halted 2 ×, over". */
+/** Describes the ends of instances, one entry per condition: "halted 2 ×, over". */
 export function endsText(about: RecordingContents): string {
   const counts = new Map<string, number>();
   for (const { condition } of about.ends) counts.set(condition, (counts.get(condition) ?? 0) + 1);
@@ -197,7 +197,7 @@ function useFiles(): { files: RecordingFile[] | null; refusals: Refusal[] } {
   return { files, refusals };
 }
 
-/** Returns the description of a recording; read again when its file has grown. */
+/** Returns the description of a recording, which is read again when its file has grown. */
 function useAbout(file: RecordingFile): { about: RecordingContents | null; refusals: Refusal[] } {
   const live = useLive();
   const [about, setAbout] = useState<RecordingContents | null>(null);

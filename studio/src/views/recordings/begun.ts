@@ -4,10 +4,10 @@ import type { RecordingSummary } from "../../control/shapes";
 
 export interface RunningRecording {
   recording: number;
-  /** Run of the system to which the recording belongs. */
+  /** Run of the system in which the recording was made. */
   run: string;
   name: string;
-  /** State when last read. */
+  /** State when last read; null before the first reading. */
   summary: RecordingSummary | null;
 }
 
@@ -26,21 +26,24 @@ export function keepRecordings(all: RunningRecording[]): void {
   sessionStorage.setItem(KEY, JSON.stringify(all));
 }
 
-/** Returns a unique name from the system and the time: "cell-20261123-154210.mcap". */
+/** Returns a unique name composed of the system and the time: "cell-20261123-154210.mcap". */
 export function freshName(system: string, now: Date): string {
   const two = (value: number) => String(value).padStart(2, "0");
   const day = `${now.getFullYear()}${two(now.getMonth() + 1)}${two(now.getDate())}`;
   return `${system.replace(/[^\w.-]+/g, "-")}-${day}-${two(now.getHours())}${two(now.getMinutes())}${two(now.getSeconds())}.mcap`;
 }
 
-/** Returns the file name for a name: ".mcap" is appended if missing, because other files are not listed. Returns "" for an empty name. */
+/**
+ * Returns the file name for a name: ".mcap" is appended if missing, because files with other extensions are not listed. Returns "" for
+ * an empty name.
+ */
 export function completedName(name: string): string {
   const said = name.trim();
   return said === "" || said.endsWith(".mcap") ? said : `${said.replace(/\.(mcap)?$/i, "")}.mcap`;
 }
 
 /**
- * Returns the recording to which a file belongs; null if this tab has none. `isLast` is true for its newest file, which shows the state
+ * Returns the recording to which a file belongs; null if this tab has none. `isLast` is true for its latest file, which shows the state
  * of the recording.
  */
 export function recordingOf(file: string, all: RunningRecording[]): { begun: RunningRecording; isLast: boolean } | null {
@@ -52,7 +55,7 @@ export function recordingOf(file: string, all: RunningRecording[]): { begun: Run
   return null;
 }
 
-/** Splits a text into names of SVVs, which may contain * and ?; returns null for all. */
+/** Splits a text into names of SVVs, which may contain * and ?; returns null if the text selects all SVVs. */
 export function namesIn(text: string): string[] | null {
   const names = text.split(/[\s,]+/).filter(Boolean);
   return names.length === 0 ? null : names;
@@ -65,7 +68,7 @@ export function sizeText(bytes: number): string {
   return at === 0 ? `${bytes} B` : `${(bytes / 2 ** (10 * at)).toFixed(1)} ${units[at]}`;
 }
 
-/** Describes the free space on the disk: "12.3 GiB free on its disk"; "" if unknown. */
+/** Describes the free disk space: "12.3 GiB free on its disk"; "" if unknown. */
 export function freeText(bytes: number | null): string {
   return bytes === null ? "" : `${sizeText(bytes)} free on its disk`;
 }

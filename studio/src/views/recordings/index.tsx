@@ -9,12 +9,12 @@ import "./recordings.css";
 /** Sizes at which a new file is started, bytes. */
 const SPLITS = [10, 100, 1000].map((mega) => mega * 2 ** 20);
 
-/** Period at which the recordings in progress are read, ms. */
+/** Interval at which the states of recordings in progress are read, ms. */
 const LOOK_MS = 1000;
 
 /**
- * Recordings: starts them from this page, with every value at full rate, the log, ends and timing, and opens those in the system's
- * folder.
+ * Recordings view: starts recordings from this page, with every value at full rate, the log, ends and timing, and opens those in the
+ * system's recordings folder.
  */
 export default function Recordings() {
   const control = useLive();
@@ -121,7 +121,7 @@ function Begin(props: { begun: (one: RunningRecording) => void }) {
   );
 }
 
-/** Returns the recordings of this tab, with the state of those that are running. */
+/** Returns the recordings of this tab, with the states of running ones. */
 export function useRecordings(): { all: RunningRecording[]; put: (all: RunningRecording[]) => void } {
   const control = useLive();
   const [all, show] = useState(() => keptRecordings(control.version.run));

@@ -7,7 +7,7 @@ import { useAction, useWatched } from "../../shell/context";
 import { BEGINNING, momentsOf, nearest, shared } from "./beside";
 import type { Scope } from "./scope";
 
-/** Selects another recording to be shown behind this one, and the moment at which both are aligned. */
+/** Selects another recording to be shown behind this one, and the moment at which the two are aligned. */
 export function BesideTools(props: { scope: Scope; past: Past }) {
   const { scope, past } = props;
   const beside = useWatched(scope.beside);

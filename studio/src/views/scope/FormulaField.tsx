@@ -4,7 +4,7 @@ import { useWatched } from "../../shell/context";
 import type { Scope } from "./scope";
 import { withFormula } from "./setup";
 
-/** Field for a trace computed from those on the screen. */
+/** Field for defining a trace that is computed from traces on the screen. */
 export function FormulaField(props: { scope: Scope }) {
   const { scope } = props;
   const setup = useWatched(scope.setup);

@@ -2,7 +2,7 @@
 import { type ReactNode, useEffect, useId, useState } from "react";
 import { numberIn } from "../../design/quantities";
 
-/** A numeric field that is committed with Enter or on leaving it. An invalid number, or one out of range, is rejected with the reason. */
+/** A numeric field that is committed with Enter or when it loses focus. An invalid or out-of-range number is rejected with the reason. */
 export function NumberField(props: {
   label: string;
   unit: string | null;

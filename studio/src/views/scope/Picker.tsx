@@ -18,7 +18,7 @@ interface Choice {
   trouble: Refusal[];
 }
 
-/** Finds values to be shown: SVVs by device, private cells by instance. `/` focuses the field, Enter takes the first match. */
+/** Field for finding values to show: SVVs by device, private cells by instance. `/` focuses the field, Enter takes the first match. */
 export function Picker(props: { scope: Scope }) {
   const { scope } = props;
   const setup = useWatched(scope.setup);

@@ -15,7 +15,7 @@ import { spectrumUnit } from "./signal/spectrum";
 import { Timing } from "./Timing";
 import { scaleKey } from "./worker/scales";
 
-/** Maximum number of scales with an axis; more would be illegible. */
+/** Maximum number of scales shown with an axis; more would be illegible. */
 const AXES_MAX = 3;
 
 /** The screen of the scope. */

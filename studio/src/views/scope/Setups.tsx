@@ -7,7 +7,7 @@ import { forget, keepAs, named } from "./keeping";
 import type { Scope } from "./scope";
 import { EMPTY, toLink } from "./setup";
 
-/** Named setups stored in this browser, and the present one as a link. */
+/** Named setups stored in this browser, and the current setup as a link. */
 export function Setups(props: { scope: Scope }) {
   const { scope } = props;
   const setup = useWatched(scope.setup);

@@ -28,7 +28,7 @@ const COLUMNS = [
 
 type Column = (typeof COLUMNS)[number][0];
 
-/** The traces and their measures over the visible span, updated without React several times per second. */
+/** The traces and their measurements over the visible span, updated several times per second without React. */
 export function Table(props: { scope: Scope; chosen: string | null; choose: (id: string) => void }) {
   const { scope } = props;
   const setup = useWatched(scope.setup);
@@ -88,7 +88,7 @@ function TraceRows(props: {
   trace: TraceSetup;
   setup: Setup;
   columns: readonly (readonly [Column, string, string])[];
-  /** Recording shown behind; null for none. */
+  /** Recording shown behind this one; null if there is none. */
   reference: string | null;
   chosen: string | null;
   choose: (id: string) => void;
@@ -210,7 +210,7 @@ function number(value: number | null | undefined): string {
   return value === null || value === undefined ? "–" : figure(value);
 }
 
-/** Formats a number for a readout, with seven digits unless it is an integer; "–" if there is none. */
+/** Formats a number for a readout, with seven digits unless it is an integer; "–" if there is no number. */
 function exactly(value: number | null | undefined): string {
   return value === null || value === undefined ? "–" : reading(value);
 }

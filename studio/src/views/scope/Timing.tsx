@@ -7,7 +7,7 @@ import type { Scope } from "./scope";
 import { secondsText } from "./signal/table";
 import { timeUnit } from "./signal/ticks";
 
-/** Below the screen: the meaning of the axis, its time 0 in the system's time, and the times of the cursors. */
+/** Line below the screen: the meaning of the axis, its time 0 in the system's time, and the times of the cursors. */
 export function Timing(props: { scope: Scope }) {
   const { scope } = props;
   const axis = useRef<HTMLSpanElement>(null);
@@ -43,7 +43,7 @@ export function Timing(props: { scope: Scope }) {
   );
 }
 
-/** Describes the spectra by the first trace that has one. */
+/** Describes the spectra, using the spectrum of the first trace that has one. */
 function spectralText(rows: readonly Row[]): string {
   const of = rows.find((row) => row.spectrum)?.spectrum;
   if (!of) return "Hz; no spectrum yet: at least two values are required";

@@ -26,11 +26,11 @@ const SCALES: { value: ScaleMode; text: string }[] = [
   { value: "lanes", text: "lanes" },
 ];
 
-/** Value of the x-axis selection for frequency, which is not the name of a trace. */
+/** Value that selects frequency as the x axis; it cannot be the name of a trace. */
 const FREQUENCY = "=frequency";
 const SPECTRUM: SpectrumSetup = { window: "hann", amount: "amplitude", to_hz: null };
 
-/** State of the scope, above the screen. */
+/** Toolbar above the screen: state of the scope. */
 export function Tools(props: { scope: Scope }) {
   const { scope } = props;
   const setup = useWatched(scope.setup);

@@ -14,7 +14,7 @@ type Event = Extract<TriggerSetup, { on: "event" }>;
 
 const KINDS = ["condition", "start", "transition", "end", "fault", "overrun", "late", "alarm", "emergency_stop"];
 
-/** Event that triggers the scope: a trace that crosses a level, or an entry of the log. */
+/** Event that triggers the scope: a trace that crosses a level, or a log entry. */
 export function Trigger(props: { scope: Scope }) {
   const { scope } = props;
   const setup = useWatched(scope.setup);

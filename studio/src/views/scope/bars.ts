@@ -5,15 +5,15 @@ import type { Plot } from "./plot";
 
 const NAMES = ["A", "B"] as const;
 
-/** The two time cursors on the screen, which are dragged or moved with the arrow keys (ten times as far with Shift). */
+/** The two time cursors on the screen, which a person drags or moves with the arrow keys (ten times as far with Shift). */
 export class Bars {
   readonly #plot: Plot;
   readonly #cursors: WatchedValue<[number, number] | null>;
   readonly #bars: HTMLElement[];
-  /** Returns the recording's cursor, s relative to the origin; null if the views follow the system. */
+  /** Returns the position of the recording's cursor, s relative to the origin; null if the views follow the running system. */
   readonly #present: () => number | null;
   readonly #stand = document.createElement("div");
-  /** Returns the time at which a replay first differs, s relative to the origin. */
+  /** Returns the time of a replay's first difference, s relative to the origin. */
   readonly #differs: () => number | null;
   readonly #mark = document.createElement("div");
 
@@ -34,7 +34,7 @@ export class Bars {
     this.#bars = NAMES.map((name, i) => this.#made(name, i as 0 | 1));
   }
 
-  /** Attaches the cursors to the plot after it was rebuilt. */
+  /** Attaches the cursors to the plot after the plot has been rebuilt. */
   attach(): void {
     this.#plot.over?.append(this.#stand, this.#mark, ...this.#bars);
     this.place();

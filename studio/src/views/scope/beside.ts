@@ -3,13 +3,13 @@
 import type { LogEntry } from "../../control/shapes";
 import type { Past } from "../../control/source";
 
-/** Name of the beginning of a recording as a moment. */
+/** Name of the moment at which a recording begins. */
 export const BEGINNING = "the beginning";
 
 /** A recording shown behind another one for comparison. */
 export interface Beside {
   readonly past: Past;
-  /** Moment that occurs in both recordings; `here` and `there` are its occurrences in them. */
+  /** Moment that occurs in both recordings; `here` and `there` are the indices of its occurrences in them. */
   readonly moment: string;
   readonly here: number;
   readonly there: number;
@@ -37,17 +37,17 @@ function momentOf({ kind, about, text }: LogEntry): string | null {
   return `${verb}: ${text.replace(/ \(reported by .*$/, "")}`;
 }
 
-/** Returns the moments that both recordings have, in the order of the first. */
+/** Returns the moments that occur in both recordings, in the order of the first. */
 export function shared(one: ReadonlyMap<string, number[]>, other: ReadonlyMap<string, number[]>): string[] {
   return [...one.keys()].filter((name) => other.has(name));
 }
 
-/** Returns the index of the time nearest to a time. */
+/** Returns the index of the time nearest to `to_ns`. */
 export function nearest(times_ns: readonly number[], to_ns: number): number {
   return times_ns.reduce((best, time, at) => (Math.abs(time - to_ns) < Math.abs((times_ns[best] ?? time) - to_ns) ? at : best), 0);
 }
 
-/** Returns how much later the moment occurs in the other recording, ns. */
+/** Returns by how much later the moment is in the other recording, ns. */
 export function shiftOf(here: Pick<Past, "log" | "begins_ns">, beside: Beside): number {
   const timeOf = (past: Pick<Past, "log" | "begins_ns">, at: number) => momentsOf(past).get(beside.moment)?.[at] ?? past.begins_ns;
   return timeOf(beside.past, beside.there) - timeOf(here, beside.here);

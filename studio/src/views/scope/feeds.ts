@@ -5,9 +5,9 @@ import { WatchedValue } from "../../control/watched";
 import type { ToWorker } from "./messages";
 import type { StreamChannel } from "./signal/frame";
 
-/** Period of frames, ms: a compromise between smoothness and the load of the page. */
+/** Period of frames, ms: a compromise between smooth display and the load on the page. */
 const EVERY_MS = 50;
-/** Maximum number of the scope's subscriptions; all other views share the rest of the 16. */
+/** Maximum number of subscriptions of the scope; all other views share the rest of the 16. */
 const FEEDS_MAX = 8;
 
 interface Feed {
@@ -19,15 +19,15 @@ interface Feed {
 export interface Feeding {
   /** Refusals by channel. */
   readonly refused: WatchedValue<ReadonlyMap<string, Refusal[]>>;
-  /** Requests these channels, and no others. */
+  /** Requests exactly these channels, and no others. */
   want(names: readonly string[]): void;
-  /** Requests refused channels again, because something was installed. */
+  /** Requests refused channels again, because an installation may have added them. */
   again(names: readonly string[]): void;
 }
 
 /**
- * The scope's channels from the stream. An added channel gets its own subscription, so that the others lose no values. If there are too
- * many subscriptions, all channels are merged into one.
+ * The scope's channels from the stream. An added channel gets its own subscription, so that no values of the other channels are lost. If
+ * there are too many subscriptions, all channels are merged into one.
  */
 export class Feeds implements Feeding {
   /** Refusals of the system, by channel. */
@@ -42,7 +42,7 @@ export class Feeds implements Feeding {
     this.#say = say;
   }
 
-  /** Requests these channels, and no others. */
+  /** Requests exactly these channels, and no others. */
   want(names: readonly string[]): void {
     const wanted = new Set(names);
     const gone: string[] = [];
@@ -65,7 +65,7 @@ export class Feeds implements Feeding {
     else this.#subscribeAll([...has, ...more]);
   }
 
-  /** Requests refused channels again, because something was installed. */
+  /** Requests refused channels again, because an installation may have added them. */
   again(names: readonly string[]): void {
     if (this.refused.get().size === 0) return;
     this.#forgive(() => true);

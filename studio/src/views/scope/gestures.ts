@@ -7,7 +7,7 @@ export const SPANS_S = [1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2,
 const SPAN_MIN_NS = 1e3;
 const SPAN_MAX_NS = 600e9;
 
-/** Returns the actions of wheel, drag and keys. On a rolling picture they change the time base; on a still one they zoom. */
+/** Returns the handlers of wheel, drag and keys. On a rolling picture they change the time base; on a frozen one they zoom. */
 export function gesturesOf(scope: Scope): Gestures {
   const of = (): Gestures => (scope.setup.get().spectrum ? overFrequency(scope) : overTime(scope));
   return {
@@ -19,10 +19,10 @@ export function gesturesOf(scope: Scope): Gestures {
   };
 }
 
-/** Minimum visible fraction of the frequencies. */
+/** Minimum visible fraction of the frequency range. */
 const FREQUENCIES_MIN = 1e-5;
 
-/** Returns the actions for a frequency axis; the span of time does not change. */
+/** Returns the handlers for a frequency axis; the time span does not change. */
 export function overFrequency(scope: Pick<Scope, "setup" | "along" | "rows" | "change">): Gestures {
   const highest = () => Math.max(scope.along?.hi ?? 0, ...scope.rows.get().map((row) => (row.spectrum?.rate_hz ?? 0) / 2));
   const show = (from: number, to: number) => {
@@ -90,7 +90,7 @@ export function nextSpan(scope: Scope, by: 1 | -1): void {
   if (next) scope.change((setup) => ({ ...setup, span_s: next }));
 }
 
-/** Handles the keys of the screen; returns true if the key is one of them. */
+/** Handles a key pressed on the screen; returns true if the screen uses the key. */
 export function key(scope: Scope, event: { key: string; shiftKey: boolean }): boolean {
   const gestures = gesturesOf(scope);
   const span = scope.span;

@@ -9,8 +9,8 @@ export function inside(instance: string): string {
 }
 
 /**
- * Groups names. Unless something is typed, the groups are sorted by name: `devices`, then names without a group, then private cells;
- * within a group, the order is that of `names`. If something is typed, the groups keep the order of their best matches.
+ * Groups names. If the search text is empty, the groups are sorted by name: `devices`, then names without a group, then private cells;
+ * within a group, the order is that of `names`. Otherwise, the groups are in the order of their best matches.
  */
 export function grouped(
   names: readonly string[],

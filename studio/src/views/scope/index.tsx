@@ -19,7 +19,7 @@ import { Trigger } from "./Trigger";
 import { useStill } from "./useStill";
 import "./scope.css";
 
-/** View of any value at its full rate. */
+/** Scope view: shows any value at its full rate. */
 export default function View() {
   const source = useControl();
   const scope = scopeOf(source.origin);
@@ -59,7 +59,7 @@ export default function View() {
   );
 }
 
-/** Below the screen of a recording: the number of values in the visible span. */
+/** Line below the screen of a recording: the number of values in the visible span. */
 function Span(props: { scope: Scope }) {
   const rows = useWatched(props.scope.rows);
   const trouble = useWatched(props.scope.trouble);

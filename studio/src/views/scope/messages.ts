@@ -27,7 +27,7 @@ export interface ShownTrace {
   unit: string | null;
 }
 
-/** Times shown on the screen; null to follow the sweep. */
+/** Time window shown on the screen; null if it follows the sweep. */
 export type Window = { from_ns: number; to_ns: number; origin_ns: number; triggered: boolean } | null;
 
 /** Vertical position of a plot in the picture. */
@@ -49,7 +49,7 @@ export interface Show {
   xy: string | null;
   /** Settings of spectra if the x axis is frequency; null for time. */
   spectrum: SpectrumSetup | null;
-  /** True for a recording: spectra are computed from all values of the span, which are loaded separately. */
+  /** True for a recording, whose spectra are computed from all values of the span, which are loaded separately. */
   recorded: boolean;
   /** Positions of the plots in the picture, from the top. */
   plots: Band[];
@@ -60,7 +60,7 @@ export interface Show {
   marker: { channel: string; component: string; level: number } | null;
 }
 
-/** Destination of values of a recording: the screen, the traces behind it, spectra of either, or a file. */
+/** Destination of a recording's values: the screen, the traces shown behind, the spectra of either, or a file. */
 export type Into = "shown" | "beside" | "whole" | "wholeBeside" | "file";
 export type Format = "csv" | "mcap" | "svg";
 
@@ -106,7 +106,10 @@ export interface ChannelCounts {
   received: number;
   lost: number;
   skipped: number;
-  /** Number of values since the first, by their numbers: received, lost, and releases that stored nothing. */
+  /**
+   * Number of values since the first, according to their numbers: received values, lost values, and releases at which no value was
+   * stored.
+   */
   numbered: number;
   kept: number;
   kept_s: number;
@@ -123,7 +126,7 @@ export interface DrawnTrace {
   state: SweepState;
   triggers: number;
   hold: boolean;
-  /** Measurements, which are not part of every picture because they would cost more than drawing it. */
+  /** Measurements. Not included in every picture, because they would cost more than drawing it. */
   rows: Row[] | null;
   counts: ChannelCounts[] | null;
   has_reference: boolean;

@@ -12,22 +12,22 @@ export interface Axis {
   label: string;
 }
 
-/** Gestures on the screen; times in s relative to the origin of the axis. */
+/** Handlers of gestures on the screen; times are in s relative to the origin of the axis. */
 export interface Gestures {
   selected(from_s: number, to_s: number): void;
   zoomed(factor: number, at_s: number): void;
   moved(by_s: number): void;
-  /** Called for a click without movement. */
+  /** Called for a click, that is, a press without movement. */
   clicked(at_s: number): void;
   reset(): void;
 }
 
 const AXIS_WIDTH = 62;
-/** Maximum length of a label along x and along y, in characters, and minimum distance between labels, px. */
+/** Maximum length of a label, in characters, and minimum distance between labels, px; along x and along y. */
 const ALONG = { room: 8, space_px: 70 };
 const UP = { room: 6, space_px: 34 };
 
-/** Position of a plot in a column of plots: only the last one has labels along x, and all are as wide as the one with the most axes. */
+/** Position of a plot in a column of plots: only the last plot has labels along x, and all are as wide as the plot with the most axes. */
 export interface Among {
   isLast: boolean;
   axes: number;
@@ -43,10 +43,10 @@ export class Plot {
   #built = "";
   #axes: Axis[] = [];
   #isFixed = false;
-  /** True if a plot below has the labels along x. */
+  /** True if the labels along x are at a plot below this one. */
   #isAbove = false;
   #drawn: DrawnTrace | null = null;
-  /** Element to which the cursors are attached. */
+  /** Element to which the cursors are attached; null before the plot is built. */
   over: HTMLElement | null = null;
   /** Offset of the plot from the top of the picture, in device pixels. */
   from = 0;
@@ -57,7 +57,7 @@ export class Plot {
     this.#gestures = gestures;
   }
 
-  /** Sets axes and size, and rebuilds the plot if something has changed. `along` is the unit of the x axis; null for time. */
+  /** Sets axes and size, and rebuilds the plot if they have changed. `along` is the unit of the x axis; null for time. */
   build(axes: Axis[], along: string | null, width: number, height: number, theme: number, among: Among): void {
     const asked = JSON.stringify([axes, along, width, height, theme, among]);
     if (asked === this.#built || width < 50 || height < 24) return;
@@ -98,7 +98,7 @@ export class Plot {
     return lo + (x / Math.max(1, this.over?.clientWidth ?? 1)) * (hi - lo);
   }
 
-  /** Returns the receiver of gestures; null until something is drawn, because positions have no time before. */
+  /** Returns the receiver of gestures; null before the first picture, because positions do not correspond to times until then. */
   get #told(): Gestures | null {
     return this.#drawn ? this.#gestures : null;
   }
@@ -121,7 +121,7 @@ export class Plot {
     return this.#drawn?.ranges[key] ?? { lo: 0, hi: 1 };
   }
 
-  /** Returns the marks of an axis, as fractions of its range, and their labels. */
+  /** Returns the positions of an axis's tick marks, as fractions of its range, and their labels. */
   #marks({ lo, hi }: Range, length_px: number, { room, space_px }: typeof UP, per = 1): { places: number[]; labels: Labels } {
     const step = stepOf(lo, hi, Math.max(1, Math.floor(length_px / space_px)));
     if (Number.isNaN(step)) return { places: [], labels: labelsOf([], 1, room) };
@@ -130,7 +130,7 @@ export class Plot {
     return { places: marks.map((mark) => Math.min(1, Math.max(0, (mark - lo) / (hi - lo)))), labels: labelsOf(scaled, step * per, room) };
   }
 
-  /** Common factor or offset of all labels of an axis, by the axis's index; written next to the axis. */
+  /** Common factor or offset of all labels of an axis, by the axis's index; displayed next to the axis. */
   readonly #common = new Map<number, string>();
 
   #options(width: number, height: number, xy: boolean, among: Among): uPlot.Options {
@@ -202,7 +202,7 @@ export class Plot {
     for (const [axis, text] of this.#common) if (text !== "") this.#writeCommon(plot, axis, text);
   }
 
-  /** Writes the common factor or offset of labels at the end of its axis, inside the plot. */
+  /** Writes the common factor or offset of the labels at the end of their axis, inside the plot. */
   #writeCommon(plot: uPlot, axis: number, text: string): void {
     const { ctx, bbox } = plot;
     const ratio = uPlot.pxRatio;

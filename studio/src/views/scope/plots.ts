@@ -4,7 +4,7 @@ import type { Band, DrawnTrace } from "./messages";
 import { type Axis, type Gestures, Plot } from "./plot";
 import type { Scope } from "./scope";
 
-/** Height of the x axis below the last plot, px. */
+/** Height of the x-axis area below the last plot, px. */
 const X_AXIS = 30;
 
 /** A plot and the scales that have an axis in it. */
@@ -13,7 +13,7 @@ export interface PlotAxes {
   axes: Axis[];
 }
 
-/** The plots of the screen, one below the other: they share a time axis, the cursors, and one picture of which each shows a part. */
+/** The plots of the screen, one below the other. They share a time axis, the cursors, and one picture, of which each shows a section. */
 export class Plots {
   readonly #host: HTMLElement;
   readonly #scope: Scope;
@@ -28,8 +28,8 @@ export class Plots {
   }
 
   /**
-   * Sets axes and sizes; unchanged plots are kept. `along` is the unit of the x axis; null for time. `isFixed` is true if a trace is
-   * along x.
+   * Sets axes and sizes; unchanged plots are kept. `along` is the unit of the x axis; null for time. `isFixed` is true if the x axis
+   * shows the values of a trace.
    */
   build(plots: readonly PlotAxes[], along: string | null, isFixed: boolean, width: number, height: number, theme: number): void {
     if (JSON.stringify(this.#parts.map((part) => part.number)) !== JSON.stringify(plots.map((one) => one.plot))) {

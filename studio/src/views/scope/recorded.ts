@@ -7,7 +7,7 @@ import type { Feeding } from "./feeds";
 import type { Into, ToWorker } from "./messages";
 import type { Run, StreamChannel } from "./signal/frame";
 
-/** Requested part of a recording: times, and the width in pixels. */
+/** Requested section of a recording: times, and the width in pixels. */
 export interface RequestedSpan {
   from_ns: number;
   to_ns: number;
@@ -15,8 +15,8 @@ export interface RequestedSpan {
 }
 
 /**
- * The scope's channels from a recording, requested again whenever the span or the channels change. If a pixel has more values than it
- * can show, only the first, last, minimum and maximum values are sent, with exact sums of all.
+ * The scope's channels from a recording, requested again whenever the span or the channels change. If there are more values per pixel
+ * than can be shown, the system sends only the first, last, minimum and maximum, with exact sums of all values.
  */
 export class RecordedFeed implements Feeding {
   readonly refused = new WatchedValue<ReadonlyMap<string, Refusal[]>>(new Map());
@@ -50,7 +50,7 @@ export class RecordedFeed implements Feeding {
     this.#ask();
   }
 
-  /** Requests another span. */
+  /** Requests a different span. */
   look(wanted: RequestedSpan): void {
     this.#wanted = wanted;
     this.#ask();
@@ -106,7 +106,7 @@ export function buffersOf(runs: readonly Run[]): Transferable[] {
 }
 
 /**
- * Decodes a part of a recording: base64 of the (i64 time, u64 number) pairs of all samples, followed by their components as f64, all
+ * Decodes a section of a recording: base64 of the (i64 time, u64 number) pairs of all samples, followed by their components as f64, all
  * little-endian.
  */
 export function runsOf(part: Pick<RecordedSpan, "channels">, channels: readonly StreamChannel[]): Run[] {

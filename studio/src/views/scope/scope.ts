@@ -24,8 +24,8 @@ export interface Status {
 }
 
 /**
- * The scope: its setup, the worker that stores and draws, and its channels. It continues while another view is open, so that a movement
- * started there is visible here.
+ * The scope: its setup, the worker that stores and draws, and its channels. It keeps running while another view is open, so that a
+ * motion started there is visible here.
  */
 export class Scope {
   readonly setup: WatchedValue<Setup>;
@@ -33,19 +33,19 @@ export class Scope {
   readonly status = new WatchedValue<Status>({ state: "rolling", triggers: 0, has_reference: false, triggered: false });
   readonly rows = new WatchedValue<Row[]>([]);
   readonly counts = new WatchedValue<ChannelCounts[]>([]);
-  /** Window on the screen, if it does not follow the system. */
+  /** Time window on the screen if it does not follow the system. */
   readonly window = new WatchedValue<Window>(null);
   readonly stopped = new WatchedValue(false);
   readonly cursors = new WatchedValue<[number, number] | null>(null);
   readonly trouble = new WatchedValue<string>("");
   readonly feeds: Feeding;
-  /** Past that can be read; null if there are only received values. */
+  /** Readable past; null if the scope has only received values. */
   readonly past: Past | null;
   /** Recording shown behind this one. */
   readonly beside = new WatchedValue<Beside | null>(null);
-  /** Span of the last picture. */
+  /** Span of the latest picture. */
   span: Span | null = null;
-  /** Range of the x axis in the last picture if it is not time: Hz for spectra. */
+  /** Range of the x axis in the latest picture if it is not a time axis: Hz for spectra. */
   along: Range | null = null;
   readonly #control: Source;
   readonly #worker: Worker;
@@ -59,7 +59,7 @@ export class Scope {
   readonly #own: boolean;
   #exported = 0;
 
-  /** `own` is the setup of a separate plot; without it, the scope uses the setup stored in this browser. */
+  /** `own` is the setup of a separate plot; if null, the scope uses the setup stored in this browser. */
   constructor(control: Source, own: Setup | null = null) {
     this.#control = control;
     this.#own = own !== null;
@@ -113,7 +113,7 @@ export class Scope {
     this.#apply(before, full);
   }
 
-  /** Sets the receiver of pictures, of which there is one at a time. */
+  /** Sets the receiver of pictures; only one receiver is allowed at a time. */
   onDrawn(shown: (drawn: DrawnTrace) => void): () => void {
     this.#shown = shown;
     return () => {
@@ -127,7 +127,7 @@ export class Scope {
     this.#say({ kind: "show", show });
   }
 
-  /** Stops storing new values and freezes the picture, or resumes. */
+  /** Stops storing new values and freezes the picture, or resumes both. */
   stop(stop: boolean): void {
     if (this.past) return;
     this.stopped.set(stop);
@@ -136,13 +136,13 @@ export class Scope {
     if (!stop && this.setup.get().sweep !== "roll") this.arm();
   }
 
-  /** Shows these times, and stops the scope for it. */
+  /** Shows this time window, and stops the scope. */
   look(window: Window): void {
     if (window && !this.stopped.get()) this.stop(true);
     this.#see(window);
   }
 
-  /** Resets the span to the time base, around time 0; for a recording, to all of it. */
+  /** Resets the span to the time base, around time 0; for a recording, to the whole recording. */
   fit(): void {
     if (this.past) {
       const { begins_ns, ends_ns } = this.past;
@@ -166,7 +166,7 @@ export class Scope {
     this.#say({ kind: "arm" });
   }
 
-  /** Forgets all values that were kept. */
+  /** Discards all stored values. */
   clear(): void {
     this.#say({ kind: "clear" });
   }
@@ -175,7 +175,7 @@ export class Scope {
     this.#say({ kind: "reference", keep });
   }
 
-  /** Shows another recording behind this one; null removes it. */
+  /** Shows another recording behind this one, or, with null, removes it. */
   lay(beside: Beside | null): void {
     const past = this.past;
     if (!past) return;
@@ -197,7 +197,7 @@ export class Scope {
     this.#load();
   }
 
-  /** Exports the picture; CSV and MCAP contain all values of its span. Throws `RefusalError`, or an `Error` with an explanation. */
+  /** Exports the picture; CSV and MCAP contain all values in the shown span. Throws `RefusalError`, or an `Error` with an explanation. */
   async export(format: Format): Promise<Blob> {
     const span = this.span;
     if (!span) throw new Error("nothing to export: no values received yet");

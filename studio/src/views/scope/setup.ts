@@ -6,14 +6,14 @@ import { AMOUNTS, type SpectrumSetup, WINDOW_FUNCTIONS } from "./signal/spectrum
 import type { SweepMode } from "./signal/sweep";
 import type { Edge } from "./signal/trigger";
 
-/** A component of a channel: `[2]` of `arm.force`, `""` of a scalar; null for all components. */
+/** A component of a channel: `[2]` for `arm.force`, `""` for a scalar; null for all components. */
 export interface Source {
   channel: string;
   component: string | null;
 }
 
 export interface TraceSetup extends Source {
-  /** Quantity shown instead of the value itself. */
+  /** Quantity derived from the value, shown in its place. */
   derive?:
     | { kind: "derivative" }
     | { kind: "difference"; less: { channel: string; component: string } }
@@ -24,12 +24,13 @@ export interface TraceSetup extends Source {
   hidden?: boolean;
   /** Index of the plot, from the top; 0 by default. */
   plot?: number;
-  /** Fixed range of the scale; without it, the range follows the values. */
+  /** Fixed range of the scale; if missing, the range follows the values. */
   range?: [number, number];
 }
 
 /**
- * `unit`: traces of one unit share a scale. `own`: each trace has its own scale. `lanes`: each trace has its own scale in its own lane.
+ * `unit`: traces with the same unit share a scale. `own`: each trace has its own scale. `lanes`: each trace has its own scale, in a
+ * separate lane.
  */
 export type ScaleMode = "unit" | "own" | "lanes";
 
@@ -40,16 +41,16 @@ export type TriggerSetup =
 export interface Setup {
   traces: TraceSetup[];
   sweep: SweepMode;
-  /** Width of the screen, and the part of it before the trigger, s. */
+  /** Time span shown on the screen, and the part of it before the trigger, s. */
   span_s: number;
   pre_s: number;
   trigger: TriggerSetup | null;
   scales: ScaleMode;
-  /** Name of the trace along x; null for time. */
+  /** Name of the trace shown along x; null for time. */
   xy: string | null;
   /** Settings of the spectra of the shown span, if the x axis is frequency; null for time. */
   spectrum: SpectrumSetup | null;
-  /** True if lines hold each value until the next one. */
+  /** True if lines are drawn as steps, which hold each value until the next one. */
   steps: boolean;
   /** Length of the stored history, s. */
   keep_s: number;
@@ -77,14 +78,14 @@ export function traceId(trace: TraceSetup): string {
   return name;
 }
 
-/** Returns the plots that contain a trace, from the top. With lanes, or a trace along x, there is only plot 0. */
+/** Returns the indices of the plots that contain a trace, from the top. With lanes, or with a trace along x, only plot 0 exists. */
 export function plotsOf(setup: Setup): number[] {
   if (setup.scales === "lanes" || setup.xy !== null) return [0];
   const used = [...new Set(setup.traces.filter((trace) => !trace.hidden).map((trace) => trace.plot ?? 0))].sort((a, b) => a - b);
   return used.length > 0 ? used : [0];
 }
 
-/** Returns the unit of a trace, given that of its channel; null if it has none, or for a formula, whose unit is unknown. */
+/** Returns the unit of a trace, given the unit of its channel; null if it has none, or for a formula, whose unit is unknown. */
 export function unitOf(trace: TraceSetup, unit: string | null): string | null {
   if (trace.derive?.kind === "formula") return null;
   return trace.derive?.kind === "derivative" ? `${unit ?? "1"}/s` : unit;
@@ -101,7 +102,7 @@ export function channelsOf(setup: Setup): string[] {
   return [...new Set(names)];
 }
 
-/** Returns the first look that no trace uses. */
+/** Returns the first look (colour and line pattern) that no trace uses. */
 export function freeLook(traces: readonly TraceSetup[]): number {
   const used = new Set(traces.map((trace) => trace.look));
   let look = 0;
@@ -134,7 +135,7 @@ export function withFormula(setup: Setup, text: string): Setup {
   return { ...setup, traces: [...setup.traces, made] };
 }
 
-/** Returns the setup as a parameter of an address: `?setup=…`. */
+/** Returns the setup as a URL parameter: `?setup=…`. */
 export function toLink(setup: Setup): string {
   const said = Object.fromEntries(
     Object.entries(setup).filter(([key, value]) => JSON.stringify(value) !== JSON.stringify(EMPTY[key as keyof Setup])),
@@ -143,8 +144,8 @@ export function toLink(setup: Setup): string {
 }
 
 /**
- * Reads the setup from `setup` of a link, or from `names` alone; null if it has neither. Throws an `Error` that states what is wrong
- * with it.
+ * Parses the setup from a link's parameter `setup`, or only from `names`; null if the link has neither. Throws an `Error` that describes
+ * the mistake.
  */
 export function fromLink(query: URLSearchParams): Setup | null {
   const said = query.get("setup");
@@ -171,7 +172,7 @@ export const PLOTS_MAX = 6;
 const SWEEPS = ["roll", "auto", "normal", "single"];
 const SCALES = ["unit", "own", "lanes"];
 
-/** Validates a setup and adds missing members. Throws an `Error` that states what is wrong. */
+/** Validates a setup and adds missing members. Throws an `Error` that describes the mistake. */
 export function checked(said: unknown): Setup {
   if (typeof said !== "object" || said === null) throw new Error("a setup of the scope must be an object");
   const setup = { ...EMPTY, ...said } as Setup;

@@ -3,14 +3,14 @@ import type { Past } from "../../control/source";
 import { runsOf } from "./recorded";
 import type { Run, StreamChannel } from "./signal/frame";
 
-/** Columns per request. No value is left out if each column has at most two. */
+/** Number of columns per request. No value is left out if each column has at most two values. */
 const COLUMNS = 10_000;
 /** Maximum number of values of one channel in a file. */
 export const VALUES_MAX = 5_000_000;
 
 /**
- * Yields every value of some channels between two times, inclusive and in order, for files. A part with more values than its columns can
- * hold is requested again in smaller parts. Throws `RefusalError`, or an `Error` if there are more than `VALUES_MAX`.
+ * Yields every value of some channels between two times, inclusive and in order, for files. A section with more values than its columns
+ * can hold is requested again in smaller sections. Throws `RefusalError`, or an `Error` if there are more than `VALUES_MAX` values.
  */
 export async function* wholeOf(
   past: Pick<Past, "span">,
@@ -47,7 +47,7 @@ export async function* wholeOf(
   }
 }
 
-/** Returns the values between two times, without the previous one that the system adds. */
+/** Returns the values between two times, without the previous value that the system adds. */
 function between(run: Run, components: number, from_ns: number, to_ns: number): Run {
   let [from, to] = [0, run.times_ns.length];
   while (from < to && (run.times_ns[from] as number) < from_ns) from += 1;

@@ -9,7 +9,7 @@ import { views } from "../../shell/views";
 import { triesOf } from "./tries";
 import "./start.css";
 
-/** First page: an introduction, what is running, and suggestions. */
+/** Start page: an introduction, the running verbs, and suggestions. */
 export default function Start() {
   const control = useControl();
   const now = useTopic(control.topics.statistics);
@@ -56,7 +56,7 @@ function rightsOf(may: (role: Rights) => boolean): Rights {
   return may("configure") ? "configure" : may("operate") ? "operate" : "observe";
 }
 
-/** Returns the names in the system, read again when devices or instances are added or removed. */
+/** Returns the names in the system; they are read again when devices or instances are added or removed. */
 function useNames(now: Statistics | null): Names | null {
   const control = useControl();
   const [names, setNames] = useState<Names | null>(null);

@@ -3,14 +3,14 @@
 import type { Configuration } from "../../control/shapes";
 import { addressOf } from "../../shell/route";
 
-/** Suggestion of the start page. */
+/** A suggestion on the start page. */
 export interface Try {
   title: string;
   about: string;
   address: string;
 }
 
-/** Names that determine the suggestions. */
+/** Names in the system that determine which suggestions are possible. */
 export interface SystemNames {
   verbs: readonly string[];
   svvs: readonly string[];
@@ -19,7 +19,7 @@ export interface SystemNames {
   mayConfigure: boolean;
 }
 
-/** Returns suggestions that are possible in this system, the easiest first. */
+/** Returns the suggestions that are possible in this system, easiest first. */
 export function triesOf(known: SystemNames): Try[] {
   const { verbs, svvs, configuration, mayOperate, mayConfigure } = known;
   const joint = Object.entries(configuration.logical_devices).find(

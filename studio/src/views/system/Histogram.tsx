@@ -9,12 +9,12 @@ const BOTTOM = 14;
 /** First and last bin that are always drawn: 128 ns to 33 ms. */
 const FIRST = 7;
 const LAST = 24;
-/** Half the width of a label of the axis. */
+/** Half the width of an axis label, px. */
 const FIGURE = 18;
 /** Positions of labels on the axis, ns. */
 const MARKS = [1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
 
-/** Counts over times, both on logarithmic scales, because rare events matter most. The text below it has the same content. */
+/** Histogram of times, both axes logarithmic, because rare events matter most. The text below the picture has the same content. */
 export function Histogram(props: { title: string; bins: number[]; limit: number | null; limitName: string; greatest: string }) {
   const { bins } = props;
   const heading = useId();

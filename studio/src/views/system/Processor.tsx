@@ -6,7 +6,7 @@ import { Panel, Tag } from "../../design/parts";
 import { Histogram } from "./Histogram";
 import { load, type SourceShown } from "./sources";
 
-/** A real-time processor and its interrupt sources, the most urgent first. */
+/** A real-time processor and its interrupt sources, highest priority first. */
 export function Processor(props: { name: string; about: Configuration["processors"][string] | undefined; sources: SourceShown[] }) {
   const { about, sources } = props;
   const all = sources.reduce((sum, source) => sum + (load(source) ?? 0), 0);

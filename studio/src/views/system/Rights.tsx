@@ -3,7 +3,7 @@ import { Panel, Tag } from "../../design/parts";
 import type { SourceShown } from "./sources";
 
 /**
- * Rights that were requested from the operating system, and those that were granted. Without them everything runs, but the timing is
+ * Privileges that were requested from the operating system, and those that were granted. Without them everything runs, but the timing is
  * unreliable.
  */
 export function Rights(props: { sources: SourceShown[]; supervisor: string[] }) {

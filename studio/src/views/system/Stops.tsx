@@ -5,7 +5,7 @@ import { AcknowledgeAll, AlarmTable } from "../../shell/AlarmTable";
 import { useControl, useWatched } from "../../shell/context";
 import { ShelvedAlarms } from "../../shell/Shelving";
 
-/** Stops of the cell: emergency stop, pause, lost devices, active alarms. Renders nothing if there are none. */
+/** Reasons why the cell is stopped: emergency stop, pause, lost devices, active alarms. Renders nothing if there are none. */
 export function Stops(props: { now: Statistics }) {
   const { now } = props;
   const lost = Object.entries(now.physical_devices).filter(([, device]) => device.lost);

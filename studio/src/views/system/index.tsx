@@ -12,7 +12,7 @@ import { Stops } from "./Stops";
 import { type Baseline, sinceBaseline, sourcesOf } from "./sources";
 import "./system.css";
 
-/** Processors and their interrupt sources: load, jitter, overruns, connections, rights. */
+/** Processors and their interrupt sources: load, jitter, overruns, connections, privileges. */
 export default function System() {
   const control = useControl();
   const now = useTopic(control.topics.statistics);

@@ -10,7 +10,7 @@ export interface SourceShown extends SourceStatistics {
   priority: number;
   /** Period, ns; null if the source is not a timer. */
   period_ns: number | null;
-  /** True if counted from a baseline: the maximum values are then known only to a bin. */
+  /** True if counted since a baseline; the maximum values are then known only to the precision of a bin. */
   counted: boolean;
 }
 
@@ -69,7 +69,7 @@ export function upperEdge(bin: number): number {
   return 2 ** (bin + 1);
 }
 
-/** Returns the upper edge of the bin up to which at least this share of all counts lies, ns; 0 without counts. */
+/** Returns the upper edge, ns, of the first bin at which the cumulative share of the counts reaches `share`; 0 if there are no counts. */
 export function quantile(bins: number[], share: number): number {
   const all = bins.reduce((sum, count) => sum + count, 0);
   if (all === 0) return 0;
@@ -82,15 +82,15 @@ export function quantile(bins: number[], share: number): number {
 }
 
 /**
- * Returns the share of a core that a timer's firings take: the mean duration over the period; null if the source is not a timer or has
- * not fired.
+ * Returns the fraction of a core that a timer's firings use: the mean duration divided by the period; null if the source is not a timer
+ * or has not fired.
  */
 export function load(source: SourceShown): number | null {
   if (source.period_ns === null || source.firings === 0) return null;
   return meanDuration(source.duration_bins) / source.period_ns;
 }
 
-/** Returns the mean duration, ns, with each count at the geometric centre of its bin. */
+/** Returns the mean duration, ns, assuming that each count is at the geometric centre of its bin. */
 export function meanDuration(bins: number[]): number {
   let sum = 0;
   let all = 0;

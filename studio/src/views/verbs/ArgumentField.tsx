@@ -7,7 +7,7 @@ import { Refusals } from "../../design/parts";
 import { unitText } from "../../design/units";
 import { families } from "./arguments";
 
-/** Argument of the verb: one device, several, an SVV or a channel. */
+/** Field for an argument of the verb: one device, several devices, an SVV or a channel. */
 export function ArgumentField(props: {
   of: FormArgument;
   options: string[];

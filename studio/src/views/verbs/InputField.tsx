@@ -8,7 +8,7 @@ import { useControl } from "../../shell/context";
 import type { Bounds } from "./bounds";
 import { degreesOf, endText, isPosition, limitsAt, limitText } from "./fields";
 
-/** An input with its unit, limits and default; an array has a field for each element. */
+/** Field for an input, with its unit, limits and default; an array has a field for each element. */
 export function InputField(props: {
   of: FormInput;
   texts: string[];
@@ -85,7 +85,7 @@ function placeholder(of: FormInput, index: number): string {
   return typeof shown === "object" ? "" : String(shown);
 }
 
-/** Describes a range. For a relative value, the sum with the present value must be within it. */
+/** Describes a range. For a relative value, its sum with the current value must be within the range. */
 function endsWithin(of: FormInput, range: string): string {
   return of.counted_from === null || range === "" ? range : `ends within ${range}`;
 }
@@ -103,7 +103,7 @@ function range(of: FormInput, bounds: Bounds | null): string {
   return `${low} to ${high}`;
 }
 
-/** Fills all elements with the first one, or with the present positions of the devices. */
+/** Buttons that fill all elements with the first one, or with the current positions of the devices. */
 function Fill(props: { of: FormInput; devices: string[]; texts: string[]; write: (texts: string[]) => void }) {
   const control = useControl();
   const { of, devices, texts, write } = props;

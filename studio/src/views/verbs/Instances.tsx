@@ -7,7 +7,7 @@ import { addressOf } from "../../shell/route";
 import { SetForm, tunables } from "./SetForm";
 import { stateTone } from "./stateTone";
 
-/** The instances of a verb, each with the actions that are possible now. */
+/** The instances of a verb, each with the actions that are currently possible. */
 export function Instances(props: { of: InstalledInstance[]; shown: string | null; form: VerbForm | null }) {
   return (
     <Panel title="Instances">

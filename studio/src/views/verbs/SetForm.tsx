@@ -12,7 +12,7 @@ export function tunables(form: VerbForm): FormInput[] {
   return form.inputs.filter((input) => input.tunable);
 }
 
-/** Changes inputs of a running instance. Fields follow the present values until they are edited. */
+/** Form that changes inputs of a running instance. Fields follow the current values until they are edited. */
 export function SetForm(props: { form: VerbForm; instance: InstalledInstance }) {
   const control = useControl();
   const action = useAction();

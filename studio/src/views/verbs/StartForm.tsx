@@ -23,16 +23,16 @@ interface FilledForm {
 
 const EMPTY: FilledForm = { chosen: {}, texts: {}, source: "", limit: "" };
 
-/** Forms of this page by verb, kept when another view or verb is shown. */
+/** Forms of this page by verb, which are kept when another view or verb is shown. */
 const written = new Map<string, FilledForm>();
 
-/** Instances, by verb, whose creation took too long for the press that requested them: the next press starts them. */
+/** Instances, by verb, whose creation took too long for the press that requested them. The next press starts them. */
 const kept = new Map<string, { application: string; instance: number }>();
 
-/** Key of the time limit, which is not the name of an input. */
+/** Key of the time limit; it cannot be the name of an input. */
 const TIME_LIMIT = "time limit";
 
-/** Form that starts a verb: its arguments, its inputs, and its placement. Refusals are shown at the fields that they concern. */
+/** Form that starts a verb: its arguments, its inputs, and its placement. Refusals are shown next to the fields concerned. */
 export function StartForm(props: { form: VerbForm; instances: InstalledInstance[] }) {
   const { form } = props;
   const control = useControl();
@@ -184,7 +184,7 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
   );
 }
 
-/** Reads the text of the time limit, ns; null if it is empty. */
+/** Parses the text of the time limit, ns; null if the text is empty. */
 export function limitOf(text: string): ReadResult<number | null> {
   if (text.trim() === "") return { value: null };
   const read = durationNs(text, "s");

@@ -27,13 +27,13 @@ export interface Place {
   y: number;
 }
 
-/** Editing of states in the diagram, and their findings. States are command lists and parts. */
+/** Functions for editing states in the diagram, and the findings about them. States are command lists and parts. */
 export interface StateEdit {
   chosen: string | null;
   choose: (state: string | null) => void;
   /** Called when a transition is drawn between two states. */
   connect: (from: string, to: string) => void;
-  /** Positions of lists chosen by a person, if that is possible. */
+  /** Positions that a person has chosen for lists, if lists can be moved. */
   places?: Record<string, Place>;
   move?: (list: string, to: Place) => void;
   found: (state: string) => string[];
@@ -60,7 +60,7 @@ const ListBox = memo(function ListBox(props: NodeProps<StateNode>) {
   );
 });
 
-/** A part of a composed verb: a state that contains states. */
+/** A part of a composed verb: a state that contains other states. */
 const PartBox = memo(function PartBox(props: NodeProps<StateNode>) {
   const { box, about, lit, wrong } = props.data;
   return (
@@ -82,7 +82,7 @@ function Handles() {
   );
 }
 
-/** Start or end of a verb. */
+/** Start or end of a verb in the diagram. */
 function Mark(props: NodeProps<StateNode>) {
   const isEnd = props.data.box.kind === "end";
   return (
@@ -121,10 +121,10 @@ const edgeViews = { route: RouteView };
 const FIT = { maxZoom: 1, padding: 0.1 };
 /** Spacing of lists in rows until the layout is known, px. */
 const [ACROSS, IN_A_ROW, DOWN] = [300, 4, 160];
-/** Prefix of the nodes of parts, because lists may have any name. */
+/** Prefix of the nodes of parts, which distinguishes them from lists of any name. */
 const PART = "part:";
 
-/** Returns the layout of the diagram; null until it is computed, and if that fails. */
+/** Returns the layout of the diagram; null until it has been computed, and if computing it fails. */
 function useLaid(shape: Shape): LaidDiagram | null {
   const [laid, setLaid] = useState<LaidDiagram | null>(null);
   const drawn = JSON.stringify(shape);
@@ -142,7 +142,7 @@ function useLaid(shape: Shape): LaidDiagram | null {
   return laid;
 }
 
-/** Returns the boxes as laid out; new lists, or all lists without a layout, are placed in rows. */
+/** Returns the boxes of the layout; new lists, or all lists if there is no layout, are placed in rows. */
 function boxesOf(shape: Shape, laid: LaidDiagram | null): LaidBox[] {
   const known = laid?.boxes ?? [];
   const has = (kind: LaidBox["kind"], name: string) => known.some((box) => box.kind === kind && box.name === name);
@@ -162,8 +162,8 @@ function boxesOf(shape: Shape, laid: LaidDiagram | null): LaidBox[] {
 }
 
 /**
- * Command lists as states, parts of a composed verb as states around them, transitions as arrows. `present` is the running list, `last`
- * the latest transition. With `edit`, transitions can be drawn; without, it is a static picture in its natural size.
+ * Command lists as states, parts of a composed verb as enclosing states, and transitions as arrows. `present` is the running list,
+ * `last` the latest transition. With `edit`, transitions can be drawn; otherwise the diagram is a static picture at its natural size.
  */
 export function StatesCanvas(props: {
   shape: Shape;
@@ -254,7 +254,7 @@ function Fitting(props: { of: string }) {
   return null;
 }
 
-/** The arrows as text. */
+/** The arrows of the diagram as text. */
 function Told(props: { shape: Shape }) {
   const words = useId();
   return (
@@ -314,7 +314,10 @@ function nodesOf(
   });
 }
 
-/** Returns one arrow for each pair of states, with all its conditions, along the route of the layout unless an end was moved. */
+/**
+ * Returns one arrow for each pair of states, with all its conditions, along the route computed by the layout unless one of its ends was
+ * moved.
+ */
 function edgesOf(
   shape: Shape,
   laid: LaidDiagram | null,

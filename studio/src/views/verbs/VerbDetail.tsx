@@ -12,7 +12,7 @@ import { StartForm } from "./StartForm";
 import { StatesCanvas } from "./StatesCanvas";
 import { shapeOfDefinition, shapeOfInstance } from "./shape";
 
-/** A verb: its diagram, its instances, the form that starts another one, and the history of instances. */
+/** A verb: its diagram, its instances, a form that starts another instance, and the history of its instances. */
 export function VerbDetail(props: { verb: VerbSummary; instances: InstalledInstance[]; chosen: string | null }) {
   const { verb, instances } = props;
   const control = useControl();

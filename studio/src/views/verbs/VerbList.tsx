@@ -5,8 +5,8 @@ import { addressOf } from "../../shell/route";
 import { stateTone } from "./stateTone";
 
 /**
- * The verbs: first those that a person starts, then those that support devices, which are determined by the definition or by the owners
- * of all instances.
+ * The verbs: first those that a person starts, then those that support devices. The latter are recognised by their definition, or
+ * because all their instances have an owner.
  */
 export function VerbList(props: { verbs: VerbSummary[]; instances: InstalledInstance[]; chosen: string | null }) {
   const isKeeping = (verb: VerbSummary) => {

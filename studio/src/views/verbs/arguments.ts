@@ -2,10 +2,10 @@
 // Arguments of a verb: the devices, SVVs and channels to choose from, and the values sent for a choice.
 import type { Argument, Channel, Configuration, FormArgument, VerbForm } from "../../control/shapes";
 
-/** Chosen names by argument; several only for a group. */
+/** Chosen names by argument; only a group may have more than one. */
 export type Choices = Record<string, string[]>;
 
-/** Returns the names that can be chosen for each argument. */
+/** Returns the names that can be selected for each argument. */
 export function choicesOf(form: VerbForm, configuration: Configuration | null): Record<string, string[]> {
   const options: Record<string, string[]> = {};
   for (const argument of form.arguments) options[argument.name] = configuration ? namesFor(argument, configuration) : [];
@@ -27,14 +27,17 @@ function namesFor(argument: FormArgument, configuration: Configuration): string[
   });
 }
 
-/** Returns the parts of a device that have all these channels: `elbow`, if there are `elbow.position` and `elbow.effort`. */
+/** Returns the parts of a device that have all these channels: `elbow`, if `elbow.position` and `elbow.effort` exist. */
 function partsWith(channels: Channel[], members: string[]): string[] {
   const names = new Set(channels.map((channel) => channel.name));
   const parts = [...new Set([...names].filter((name) => name.includes(".")).map((name) => name.slice(0, name.lastIndexOf("."))))];
   return parts.filter((part) => members.every((member) => names.has(`${part}.${member}`)));
 }
 
-/** Returns the initial choices: all devices of the first family for a group, and a device or channel if it is the only one. */
+/**
+ * Returns the initial choices: for a group, all devices of the first family; for other arguments, a device or channel if it is the only
+ * one.
+ */
 export function firstChoices(form: VerbForm, options: Record<string, string[]>): Choices {
   const first: Choices = {};
   for (const { name, kind } of form.arguments) {

@@ -48,7 +48,7 @@ async function ends(control: Source, bound: Value, choices: Choices): Promise<Va
   return signed.every((value) => value === signed[0]) ? signed.slice(0, 1) : signed;
 }
 
-/** Splits `-arm.max_speed`; returns null if it is not a member of an argument. */
+/** Splits `-arm.max_speed` into its components; returns null if it is not a member of an argument. */
 export function memberOf(bound: Value): { argument: string; parameter: string; negative: boolean } | null {
   const found = typeof bound === "string" ? /^(-?)(\w+)\.(\w+)$/.exec(bound) : null;
   return found ? { negative: found[1] === "-", argument: found[2] ?? "", parameter: found[3] ?? "" } : null;

@@ -14,7 +14,7 @@ export function elements(type_text: string, devices: number): number | null {
   return Number.isInteger(size) ? size : Math.max(1, devices);
 }
 
-/** Reads the text of one field; undefined if it is empty. Lists and structs are JSON. */
+/** Parses the text of one field; undefined if it is empty. Lists and structs are parsed as JSON. */
 export function valueFrom(text: string, type_text: string): Value | undefined {
   const written = text.trim();
   if (written === "") return undefined;
@@ -34,14 +34,14 @@ export function valueFrom(text: string, type_text: string): Value | undefined {
   return Number.isFinite(number) ? number : written;
 }
 
-/** Formats the present value of an input as it would be typed: numbers with nine digits, lists and structs as JSON. */
+/** Formats the current value of an input as it would be typed: numbers with nine digits, lists and structs as JSON. */
 export function presentText(value: Value | undefined): string {
   if (value === null || value === undefined) return "";
   if (typeof value === "string") return value;
   return JSON.stringify(value, (_, one) => (typeof one === "number" ? Number(one.toPrecision(9)) : one));
 }
 
-/** Returns a sentence on why the text of a field cannot be sent; null if the system is to check it. */
+/** Returns a sentence that explains why the text of a field cannot be sent; null if only the system can check it. */
 export function wrongText(text: string, type_text: string): string | null {
   const written = text.trim();
   if (written === "") return null;
@@ -72,7 +72,7 @@ export function gaps(texts: string[]): number[] {
   return empty.length === texts.length ? [] : empty;
 }
 
-/** Formats a default or a limit: numbers with the unit, lists separated by commas. */
+/** Formats a default or a limit: numbers with their unit, lists separated by commas. */
 export function limitText(value: Value, unit: string | null): string {
   if (value === null || value === undefined) return "";
   if (typeof value === "number") return `${Number(value.toPrecision(6))}${unit ? `\u202f${unitText(unit)}` : ""}`;
@@ -80,14 +80,12 @@ export function limitText(value: Value, unit: string | null): string {
   return String(value);
 }
 
-/** Returns whether a unit is that of a position, for which the present position of the joints can be filled in. */
+/** Returns whether a unit is a unit of position, so that the current position of the joints can be filled in. */
 export function isPosition(unit: string | null): boolean {
   return (unit ?? "").split("|").some((one) => one === "rad" || one === "m");
 }
 
-/**
- * Converts between the units of angles: "90°" for 1.5708, "1.571 rad" for "90 deg". Returns an empty string if the text is not an angle.
- */
+/** Converts between angle units: "90°" for 1.5708, "1.571 rad" for "90 deg". Returns an empty string if the text is not an angle. */
 export function degreesOf(text: string, unit: string | null): string {
   const inDegrees = /deg|°/.test(text);
   if (unit === null || !unit.split("|").some((one) => /^rad\b/.test(one)) || text.trim() === "" || (unit.includes("|") && !inDegrees))
@@ -102,7 +100,7 @@ function degreesText(value: number, unit: string): string {
   return `${Number(((value * 180) / Math.PI).toPrecision(4))}°${unit.slice("rad".length)}`;
 }
 
-/** Formats an end of a range with four digits, which suffice for choosing a goal; an angle also in degrees. */
+/** Formats one end of a range with four digits, which suffice for choosing a goal; angles also in degrees. */
 export function endText(value: Value, unit: string | null): string {
   if (typeof value !== "number") return limitText(value, null);
   const short = String(Number(value.toPrecision(4)));
@@ -110,14 +108,14 @@ export function endText(value: Value, unit: string | null): string {
   return unit !== null && /^rad\b/.test(unit) && !unit.includes("|") ? `${short} (${degreesText(value, unit)})` : short;
 }
 
-/** Formats the range of one element, if elements have different ranges. */
+/** Formats the range of one element if the elements have different ranges. */
 export function limitsAt(bounds: { minimum: Value[]; maximum: Value[] } | null, index: number, unit: string | null): string {
   if (!bounds || (bounds.minimum.length <= 1 && bounds.maximum.length <= 1)) return "";
   const at = (ends: Value[]) => endText((ends.length > 1 ? ends[index] : ends[0]) ?? null, unit);
   return `${at(bounds.minimum)} to ${at(bounds.maximum)}`;
 }
 
-/** Divides refusals into those that name an input or argument, and the rest. */
+/** Splits refusals into those that name an input or argument, and all others. */
 export function byField(refusals: Refusal[], names: string[]): { of: Map<string, Refusal[]>; rest: Refusal[] } {
   const of = new Map<string, Refusal[]>();
   const rest: Refusal[] = [];

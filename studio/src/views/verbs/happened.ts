@@ -18,7 +18,7 @@ const KINDS = new Set([
   "exchange",
 ]);
 
-/** An entry about an instance, with its number of repetitions. */
+/** A log entry about an instance, with its number of repetitions. */
 export interface RepeatedEntry extends LogEntry {
   times: number;
 }
@@ -41,7 +41,7 @@ export function happenedTo(instance: string, entries: LogEntry[], most = 60): Re
   return found;
 }
 
-/** Returns the lists that the latest transition left and entered, since the last start. */
+/** Returns the lists that the latest transition since the last start left and entered. */
 export function lastTransition(happened: RepeatedEntry[]): { from: string; to: string } | null {
   for (const entry of happened) {
     if (entry.kind === "start" || entry.kind === "admission") return null;

@@ -9,7 +9,10 @@ import { VerbDetail } from "./VerbDetail";
 import { VerbList } from "./VerbList";
 import "./verbs.css";
 
-/** Verbs and their instances: definitions, running lists and history; start, suspend, resume, halt. */
+/**
+ * Verbs view: shows verbs and their instances with definitions, running lists and history; starts, suspends, resumes and halts
+ * instances.
+ */
 export default function Verbs() {
   const control = useControl();
   const installed = useTopic(control.topics.installed);
@@ -47,7 +50,7 @@ export default function Verbs() {
   );
 }
 
-/** Returns the defined verbs, read again after each installation. */
+/** Returns the defined verbs; they are read again after each installation. */
 function useVerbs(): { verbs: VerbSummary[] | null; refusals: Refusal[] } {
   const control = useControl();
   const installed = useTopic(control.topics.installed);

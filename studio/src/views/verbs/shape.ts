@@ -3,7 +3,7 @@
 import type { InstalledInstance } from "../../control/shapes";
 import { period } from "../../design/numbers";
 
-/** Part of a composed verb: a state that contains others. */
+/** Part of a composed verb: a state that contains other states. */
 export interface Superstate {
   name: string;
   /** The verb of the part; empty if unknown. */
@@ -20,7 +20,7 @@ export interface Shape {
   ending: string | null;
 }
 
-/** Returns the shape of an instance. `parts` are those of its verb; if unknown, they are derived from the names of its lists. */
+/** Returns the shape of an instance. `parts` are the parts of its verb; if undefined, they are derived from the names of its lists. */
 export function shapeOfInstance(instance: InstalledInstance, parts: Parts | undefined): Shape {
   const names = instance.lists.map((list) => list.name);
   return {
@@ -32,7 +32,7 @@ export function shapeOfInstance(instance: InstalledInstance, parts: Parts | unde
   };
 }
 
-/** A function block command, as definitions have it. */
+/** A function block command, in the format of definitions. */
 interface Command {
   command: string;
   block?: string;
@@ -54,7 +54,7 @@ interface Definition {
   transitions?: { from: string; condition: string; to: string }[];
 }
 
-/** Returns the shape of a verb from its definition as JSON; null if it is not one. */
+/** Returns the shape of a verb from its definition as JSON; null if the JSON is not a definition. */
 export function shapeOfDefinition(defined: unknown): Shape | null {
   const definition = defined as Definition | null;
   if (!definition || typeof definition !== "object" || !definition.command_lists) return null;
@@ -75,7 +75,7 @@ export function shapeOfDefinition(defined: unknown): Shape | null {
   };
 }
 
-/** Returns the lists with their innermost parts, and the parts that contain a list. */
+/** Returns the lists, each with its innermost part, and the parts that contain a list. */
 export function withParts(lists: { name: string; commands: string[] }[], parts: Parts): Pick<Shape, "lists" | "parts"> {
   const innermost = (name: string) => prefixes(name).findLast((prefix) => Object.hasOwn(parts, prefix)) ?? null;
   const inParts = lists.map((list) => ({ ...list, part: innermost(list.name) }));
@@ -86,13 +86,13 @@ export function withParts(lists: { name: string; commands: string[] }[], parts: 
   return { lists: inParts, parts: superstates };
 }
 
-/** Returns "a" and "a.b" for "a.b.c". */
+/** Returns the enclosing prefixes of a name: "a" and "a.b" for "a.b.c". */
 function prefixes(name: string): string[] {
   const words = name.split(".");
   return words.slice(1).map((_, at) => words.slice(0, at + 1).join("."));
 }
 
-/** Describes a command in the system's words. */
+/** Describes a command in the system's terminology. */
 export function commandText(command: Command): string {
   if (command.command === "wait") {
     if (command.conditions?.length) return `wait for ${command.conditions.join(" or ")}`;
@@ -102,7 +102,7 @@ export function commandText(command: Command): string {
   return `${command.command} ${command.block ?? command.blocks?.join(", ") ?? ""}${every}`.trim();
 }
 
-/** An arrow of the diagram, from a list to another or to the end (`to` null). */
+/** An arrow of the diagram, from a list to another list or to the end (`to` is null). */
 export interface Arrow {
   from: string;
   to: string | null;

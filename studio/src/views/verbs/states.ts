@@ -6,19 +6,19 @@ import { type Arrow, arrowsOf, type Shape } from "./shape";
 
 export const START = "(start)";
 export const END = "(end)";
-/** Text after the name of the list that runs at every end. */
+/** Text appended to the name of the list that runs at every end. */
 export const ENDING = " (at every end)";
 const PART = "part:";
 const LETTER = 6.8;
 const LINE = 15;
 const TITLE = 22;
-/** Height of a part without known lists. */
+/** Height of a part whose lists are unknown. */
 const EMPTY = 60;
 
 export interface LaidBox {
   name: string;
   kind: "list" | "part" | "start" | "end";
-  /** Enclosing part; the position is relative to its corner. */
+  /** Enclosing part; positions are relative to its corner. */
   within: string | null;
   x: number;
   y: number;
@@ -40,8 +40,8 @@ export function shortName(name: string, part: string | null): string {
 }
 
 /**
- * Returns the graph to be laid out: start and end, a box for each list that fits its text, inside the box of its part, and labels at the
- * arrows.
+ * Returns the graph to be laid out: start and end, a box for each list that is as large as its text, inside the box of its part, and
+ * labels on the arrows.
  */
 export function graphOf(shape: Shape): { graph: ElkNode; arrows: Arrow[] } {
   const known = new Set([...shape.lists, ...shape.parts].map(({ name }) => name).concat(START));
@@ -155,7 +155,7 @@ function partId(name: string): string {
   return `${PART}${name}`;
 }
 
-/** Returns a path through points with rounded corners. */
+/** Returns an SVG path through points, with rounded corners. */
 export function pathThrough(points: { x: number; y: number }[]): string {
   const round = 6;
   return points

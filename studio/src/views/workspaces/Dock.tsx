@@ -7,10 +7,10 @@ import { freshId, headingOf, layoutOf, modelOf, NOTHING, tabsetsOf } from "./lay
 import { PanelBody } from "./PanelBody";
 import { PanelForm } from "./PanelForm";
 
-/** Panel being composed: a new one at a position, or an existing one. */
+/** Panel being composed: a new panel at a position, or an existing one. */
 type ComposedPanel = { of: Region | null; target: TabDropTarget | null; id: string | null };
 
-/** Docked panels: they can be dragged by their tabs and resized at their dividers, also with the keyboard. */
+/** Docked panels, which can be dragged by their tabs and resized at their dividers, with the mouse or the keyboard. */
 export function Dock(props: { layout: Region | null; workspace: string; editing: boolean; changed: (layout: Region | null) => void }) {
   const { workspace, editing, changed } = props;
   const dock = useWorkspaceRef<Region>();

@@ -5,7 +5,7 @@ import { Panel } from "../../design/parts";
 import { headingOf, innerOf } from "./layout";
 import { PanelBody } from "./PanelBody";
 
-/** A layout as its author made it: rows wrap if there is no room, and tabs are stacked. */
+/** A layout as its author created it, without docking: rows wrap if there is not enough space, and tabs are stacked. */
 export function Fixed(props: { layout: Region; workspace: string }) {
   const { layout, workspace } = props;
   if (layout.panel) {

@@ -7,7 +7,7 @@ import { go } from "../../shell/route";
 import { fromFile } from "./file";
 import { drafts } from "./Opened";
 
-/** Opens a workspace from a file as a draft. If the system refuses its form, the refusals are shown and it is not opened. */
+/** Opens a workspace from a file as a draft. If the system refuses its format, shows the refusals and does not open it. */
 export function Import() {
   const control = useLive();
   const action = useAction();

@@ -11,10 +11,10 @@ import { fileName, fileText } from "./file";
 import { useFindings, useWorkspace } from "./kept";
 import { useIsNarrow } from "./narrow";
 
-/** Workspaces composed on this page but not yet stored, by name; they survive a change of views. */
+/** Workspaces that were composed on this page but have not been stored yet, by name; they survive a change of views. */
 export const drafts = new Map<string, Workspace>();
 
-/** A workspace with its panels, which can be composed. `about` is null if the system has no workspace of that name yet. */
+/** A workspace with its panels, which can be composed. `about` is null if the system does not have a workspace with that name yet. */
 export function Opened(props: { name: string; about: WorkspaceAbout | null; look: () => Promise<void> }) {
   const { name, about, look } = props;
   const control = useLive();

@@ -11,7 +11,7 @@ import { VerbPanel } from "./VerbPanel";
 // three.js is loaded with the first machine.
 const Machine = lazy(() => import("../devices/Machine"));
 
-/** Content of a panel, independent of its frame. */
+/** Content of a panel, regardless of its frame. */
 export function PanelBody(props: { of: Region; workspace: string }) {
   const { of } = props;
   switch (of.panel) {

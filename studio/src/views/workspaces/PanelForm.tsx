@@ -5,7 +5,7 @@ import { useControl } from "../../shell/context";
 import { KINDS, kindWord } from "./layout";
 import { buttonsText, panelOf, valuesText, type WrittenPanel } from "./written";
 
-/** Form of a panel's content, with suggestions of the system's names. */
+/** Form for a panel's content, which suggests names in the system. */
 export function PanelForm(props: { of: Region | null; done: (panel: Region) => void; cancel: () => void }) {
   const { of } = props;
   const names = useNames();

@@ -11,7 +11,7 @@ import { useStill } from "../scope/useStill";
 import { Lead } from "./Lead";
 import "../scope/scope.css";
 
-/** Plot of values over time, each at its full rate, in a rolling scope of its own. */
+/** Plot of values over time, each at full rate, in a separate rolling scope. */
 export function PlotPanel(props: { names: readonly string[]; seconds: number }) {
   const source = useControl();
   const { origin } = source;
@@ -29,7 +29,7 @@ export function PlotPanel(props: { names: readonly string[]; seconds: number }) 
   return scope && <Plotted scope={scope} isStill={source !== origin} />;
 }
 
-/** Returns the setup of a plot, which rolls and stores little more than the shown span. */
+/** Returns the setup of a plot, which rolls and stores only slightly more than the shown span. */
 export function setupOf(names: readonly string[], seconds: number): Setup {
   const rolling: Setup = { ...EMPTY, span_s: seconds, keep_s: Math.min(600, Math.max(1, seconds * 1.2)) };
   return names.reduce((setup, name) => withChannel(setup, name), rolling);

@@ -8,7 +8,7 @@ import { useControl, useTopic } from "../../shell/context";
 import { isRenewed } from "../devices/families";
 import { beyond, limitsText } from "./limits";
 
-/** Present values with their units and limits; a value beyond a limit is marked in words. */
+/** Current values with their units and limits; a value beyond a limit is marked in words. */
 export function ValuesPanel(props: { of: readonly ShownValue[] }) {
   return (
     <dl className="shown-values">
@@ -51,7 +51,7 @@ function ValueRow(props: { of: ShownValue }) {
   );
 }
 
-/** Returns type and unit of a value; null until they are known, or if the system does not know them. */
+/** Returns the type and unit of a value; null until they are known, or if the system does not have the value. */
 export function useAbout(name: string): SvvAbout | null {
   const control = useControl();
   const [about, setAbout] = useState<SvvAbout | null>(null);

@@ -11,7 +11,7 @@ import { stateTone } from "../verbs/stateTone";
 import { Lead } from "./Lead";
 import "../verbs/verbs.css";
 
-/** A verb with its state diagram: that of the running instance, or else of the newest. */
+/** A verb with the state diagram of its running instance, or else of its latest instance. */
 export function VerbPanel(props: { verb: string }) {
   const control = useControl();
   const installed = useTopic(control.topics.installed);

@@ -2,7 +2,7 @@
 // A workspace as a JSON file, which a program can ship.
 import type { Workspace } from "../../control/shapes";
 
-/** Version of the format. */
+/** Version of the file format. */
 const FORMAT = 1;
 
 export function fileText(workspace: Workspace): string {
@@ -13,7 +13,7 @@ export function fileName(workspace: Workspace): string {
   return `${workspace.name.replace(/[^\p{L}\p{N}._-]+/gu, "-")}.workspace.json`;
 }
 
-/** Reads a workspace from a file. Throws an `Error` with a sentence; the system checks the layout. */
+/** Parses a workspace from a file. Throws an `Error` that describes the mistake; the layout itself is checked by the system. */
 export function fromFile(text: string): Workspace {
   let said: unknown;
   try {

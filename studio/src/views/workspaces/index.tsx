@@ -9,7 +9,7 @@ import { useWorkspaces } from "./kept";
 import { Opened } from "./Opened";
 import "./workspaces.css";
 
-/** Layouts of panels: those shipped by programs, and those that people compose and store in the system. */
+/** Workspaces view: layouts of panels that programs ship, and those that people compose and store in the system. */
 export default function Workspaces() {
   const control = useLive();
   const { all, refusals, look } = useWorkspaces();

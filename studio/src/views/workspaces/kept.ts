@@ -5,7 +5,7 @@ import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { Workspace, WorkspaceAbout } from "../../control/shapes";
 import { useLive, useWatched } from "../../shell/context";
 
-/** Period at which the list of workspaces is read, because others may change theirs, ms. */
+/** Interval at which the list of workspaces is read, ms, because others may change their workspaces. */
 const LOOK_MS = 2000;
 
 /** Returns all workspaces of the system; null until they are known. */
@@ -32,7 +32,7 @@ export function useWorkspaces(): { all: WorkspaceAbout[] | null; refusals: Refus
   return { all, refusals, look };
 }
 
-/** Returns a workspace of the system; read again when its revision changes. */
+/** Returns a workspace of the system; it is read again when its revision changes. */
 export function useWorkspace(about: WorkspaceAbout | null): { workspace: Workspace | null; refusals: Refusal[] } {
   const control = useLive();
   const [found, setFound] = useState<{ key: string; workspace: Workspace } | null>(null);
@@ -57,7 +57,7 @@ export function useWorkspace(about: WorkspaceAbout | null): { workspace: Workspa
   return { workspace: found?.key === key ? found.workspace : null, refusals };
 }
 
-/** Returns the errors of a workspace in this system; checked again when it changes. */
+/** Returns the errors of a workspace in this system; it is checked again when it changes. */
 export function useFindings(workspace: Workspace | null): Refusal[] {
   const control = useLive();
   const [found, setFound] = useState<Refusal[]>([]);

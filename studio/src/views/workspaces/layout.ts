@@ -99,7 +99,7 @@ function percentOf(size: number | string | undefined): number | null {
   return read === undefined || !Number.isFinite(read) ? null : read;
 }
 
-/** Returns shares relative to an equal share, to two digits; null if all are equal. Regions without a size share the remainder equally. */
+/** Returns shares relative to an equal share, to two digits; null if all are equal. Regions without a size share the rest equally. */
 export function sharesOf(percents: readonly (number | null)[]): number[] | null {
   const given = percents.filter((size) => size !== null);
   const left = Math.max(0, 100 - given.reduce((sum, size) => sum + size, 0));

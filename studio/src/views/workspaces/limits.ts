@@ -3,7 +3,9 @@
 import type { ShownValue, Value } from "../../control/shapes";
 import { figure, withUnit } from "../../design/numbers";
 
-/** Describes how a value exceeds its limits: "above 2 m", "below 0 m"; null if it does not. In an array, each element is checked. */
+/**
+ * Describes how a value exceeds its limits: "above 2 m", "below 0 m"; null if it is within them. For an array, each element is checked.
+ */
 export function beyond(value: Value | null | undefined, of: ShownValue, unit: string): string | null {
   if (Array.isArray(value)) {
     for (const one of value) {
@@ -18,7 +20,7 @@ export function beyond(value: Value | null | undefined, of: ShownValue, unit: st
   return null;
 }
 
-/** Describes the limits: "0 … 2", "at most 2", "at least 0"; empty without limits. */
+/** Describes the limits: "0 … 2", "at most 2", "at least 0"; empty if there are none. */
 export function limitsText(of: ShownValue): string {
   const { minimum, maximum } = of;
   const [low, high] = [typeof minimum === "number" ? figure(minimum) : null, typeof maximum === "number" ? figure(maximum) : null];

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useSyncExternalStore } from "react";
 
-/** Below this width, panels are stacked instead of docked. */
+/** Media query for windows so narrow that panels are stacked instead of docked. */
 const NARROW = "(max-width: 700px)";
 
 /** Returns whether the window is too narrow for panels side by side. */

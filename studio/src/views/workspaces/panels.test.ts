@@ -37,7 +37,7 @@ test("a button stands for the instance of a program, or for its own, which every
   expect(stateOf(given, instance("ended"), [end])).toMatchObject({ text: "ended: fault", tone: "bad", isLive: false });
 });
 
-/** Returns a system that logs its orders and refuses one call. */
+/** Returns a mock system that logs its orders and refuses one call. */
 function ordered(refused = "") {
   const asked: [string, unknown][] = [];
   const order = async (name: string, args: unknown) => {

@@ -5,7 +5,7 @@ import { RefusalError } from "../../control/refusals";
 import type { Button, End, InstalledInstance } from "../../control/shapes";
 import type { Source } from "../../control/source";
 
-/** Returns the name of the instance of a button: a program's, or the one that the button creates. */
+/** Returns the name of a button's instance: an instance of a program, or the one that the button creates. */
 export function instanceNameOf(button: Button, workspace: string): string {
   return button.instance ?? button.start?.name ?? `${workspace}.${button.label}`;
 }
@@ -21,7 +21,7 @@ export interface ButtonState {
   isMissing: boolean;
 }
 
-/** Returns the state of a button, from its instance and the instance's last end. */
+/** Returns the state of a button, from its instance and the instance's latest end. */
 export function stateOf(button: Button, instance: InstalledInstance | null, ends: readonly End[]): ButtonState {
   if (!instance) {
     const isMissing = !button.start;
@@ -45,8 +45,8 @@ export function stateOf(button: Button, instance: InstalledInstance | null, ends
 }
 
 /**
- * Starts the instance of a button. If the button creates its instance, an existing one is deleted first, unless its creation took too
- * long for the previous press: then it is started. Throws `RefusalError`.
+ * Starts the instance of a button. If the button creates its instance, an existing one is deleted first, unless it was created for the
+ * previous press and took too long: then that instance is started. Throws `RefusalError`.
  */
 export async function start(control: Source, button: Button, workspace: string, instance: InstalledInstance | null): Promise<void> {
   if (!button.start) {

@@ -34,7 +34,7 @@ export function buttonsText(buttons: readonly Button[]): string {
   return buttons.map(line).join("\n");
 }
 
-/** Returns the panel that was entered, or a sentence on why it is invalid. The previous panel's share is kept. */
+/** Returns the panel that was entered, or a sentence that explains why it is invalid. The share of the previous panel is kept. */
 export function panelOf(kind: PanelKind, written: WrittenPanel, before: Region | null): Region | string {
   const head = {
     ...(before?.share ? { share: before.share } : {}),

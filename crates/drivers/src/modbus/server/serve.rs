@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Thread that answers clients. None of its calls waits for a client:
+//! Thread that answers clients. None of its calls blocks on a client:
 //!
 //! | a client | action |
 //! |---|---|
-//! | sends half a request | the half is kept; the others are served |
-//! | does not take its answers | is not read until it does; the others are served |
+//! | sends part of a request | the part is kept; the other clients are served |
+//! | does not read its answers | it is not read until it does; the other clients are served |
 //! | sends an invalid frame | its connection is closed |
-//! | exceeds the maximum number | the one that has been silent for the longest is closed |
+//! | exceeds the maximum number | the client that has been silent for the longest is disconnected |
 use super::tables::Tables;
 use crate::modbus::frame::{FRAME_MAX, framed, mbap};
 use crate::modbus::pdu::{PDU_MAX, refusal};
@@ -35,7 +35,7 @@ device::counters! {
 pub(super) struct ServerState {
     pub tables: Mutex<Tables>,
     pub counters: Arc<Counters>,
-    /// Number of requests so far: an active client keeps sending them.
+    /// Number of requests so far; increases as long as a client is active.
     pub asked: AtomicU64,
 }
 
@@ -57,7 +57,7 @@ impl ServerState {
     }
 }
 
-/// A client: its received bytes that have not been answered, and its answer that has not been sent.
+/// A client, with its received bytes that have not been processed and its answer that has not been sent completely.
 struct Client {
     stream: Device<TcpStream>,
     came: [u8; FRAME_MAX],
@@ -65,7 +65,7 @@ struct Client {
     answer: [u8; FRAME_MAX],
     /// Range of the answer that has not been sent.
     left: (usize, usize),
-    /// Turn in which the client last sent something; it only increases.
+    /// Number of the round in which the client last sent something; round numbers only increase.
     heard: u64,
 }
 
@@ -118,7 +118,7 @@ impl Client {
         self.left.0 < self.left.1
     }
 
-    /// Serves the client as far as possible without waiting; returns false if it has disconnected.
+    /// Serves the client as far as possible without blocking; returns false if it has disconnected.
     fn serve(&mut self, turn: u64, shared: &ServerState) -> bool {
         if self.owes() {
             return self.send() && (self.owes() || self.requests(shared));
@@ -133,7 +133,7 @@ impl Client {
         }
     }
 
-    /// Answers the received requests, until an answer cannot be sent completely.
+    /// Answers the received requests until an answer cannot be sent completely.
     fn requests(&mut self, shared: &ServerState) -> bool {
         let mut pdu = [0; PDU_MAX];
         loop {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Registers and bits that clients read, and which of them they may write.
+//! Registers and bits that clients can read, some of which they may also write.
 use crate::modbus::map::{MappedChannel, Write};
 use crate::modbus::pdu::{Exception, Pdu, Request, Space};
 use std::collections::BTreeMap;
 
-/// Cell at an address.
+/// Cell at one address.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
     value: u16,
-    /// True if a client may write it: the channel is read here.
+    /// True if a client may write the cell, because the channel is read here.
     is_open: bool,
 }
 
@@ -29,7 +29,7 @@ impl Tables {
         Tables { cells }
     }
 
-    /// Stores a value of this machine: the bytes of a channel. NaN changes nothing. Returns false if the value did not fit.
+    /// Stores a value of this machine, as the bytes of a channel. NaN changes nothing. Returns false if the value was out of range.
     pub(super) fn put(&mut self, place: &MappedChannel, channel: &[u8]) -> bool {
         let Some((wire, fits)) = place.form.write(channel) else { return false };
         for at in 0..place.count() {
@@ -42,7 +42,7 @@ impl Tables {
         fits
     }
 
-    /// Copies the bytes of a channel, as written by a client.
+    /// Copies the bytes of a channel as a client wrote them.
     pub(super) fn get(&self, place: &MappedChannel, channel: &mut [u8]) {
         let mut wire = [0; 8];
         for (at, two) in (0..place.count()).zip(wire.chunks_exact_mut(2)) {
@@ -55,7 +55,7 @@ impl Tables {
         }
     }
 
-    /// Carries out a client's request, as a whole or not at all, and returns the answer.
+    /// Carries out a client's request atomically, and returns the answer.
     pub(in crate::modbus) fn carry_out(&mut self, pdu: &[u8]) -> Result<Pdu, Exception> {
         match Request::decode(pdu)? {
             request @ Request::Read { space, address, count } => self.read(&request, space, address, count),

@@ -65,7 +65,7 @@ impl Arm {
     }
 }
 
-/// Latencies are long enough for any machine; the tests never wait for them.
+/// Returns options with latencies that are long enough for any machine; the tests never wait that long.
 fn options(peer: &Peer) -> Value {
     let servos = json!({ "a": { "id": 1 }, "b": { "id": 2, "direction": -1, "min": -1.0, "max": 1.0 } });
     json!({ "port": peer.path, "servos": servos, "in_place": true, "latency_ns": 60_000_000_000_u64, "retries": 0 })
@@ -256,7 +256,7 @@ fn travel_across_the_seam_of_an_encoder_is_no_range() {
     std::fs::remove_file(&file).expect("it is there");
 }
 
-/// Makes a request from another thread while the device exchanges.
+/// Makes a request from another thread while the device is exchanging.
 fn asked(arm: &mut Arm, service: &'static str, arguments: Value) -> Result<Value, String> {
     let services: Arc<dyn Services> = arm.driver.services().expect("it has some");
     let caller = std::thread::spawn(move || services.call(service, &arguments));
@@ -309,7 +309,7 @@ fn a_calibration_is_recorded_and_read_again() {
     std::fs::remove_dir_all(&folder).expect("it is there");
 }
 
-/// A servo may be missed if the machine is busy during the request; another scan then finds it.
+/// Checks that a scan finds IDs and models. A servo may be missed if the machine is busy during the request; another scan then finds it.
 #[test]
 fn a_scan_finds_ids_and_models() {
     for (protocol, model) in [(Protocol::Sts, "sts3215"), (Protocol::Dynamixel, "xl330-m288")] {

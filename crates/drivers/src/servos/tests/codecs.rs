@@ -56,7 +56,8 @@ fn answers(protocol: Protocol, stream: &[u8]) -> Vec<(u8, u8, Vec<u8>)> {
     found
 }
 
-/// The requests are those of the manufacturers' manuals: a read of the position of servo 1, a ping, a write, goals of two servos.
+/// Checks that requests match those in the manufacturers' manuals: a read of the position of servo 1, a ping, a write, goals of two
+/// servos.
 #[test]
 fn requests_are_those_of_the_manuals() {
     assert_eq!(asked(Protocol::Sts, 1, Ask::Ping), [0xff, 0xff, 1, 2, 1, 0xfb]);
@@ -83,7 +84,7 @@ fn a_header_among_what_is_sent_is_stuffed() {
     );
 }
 
-/// 10^6 answers with a changed byte or a missing end: none is accepted as an answer of the same servo and length.
+/// Checks that, out of 10^6 answers with a changed byte or a missing end, none is accepted as an answer of the same servo and length.
 #[test]
 fn no_corrupted_answer_is_taken() {
     let mut tried = 0;

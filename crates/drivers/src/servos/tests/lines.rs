@@ -20,7 +20,7 @@ fn bus(path: &str, latency: Duration, echo: Option<bool>) -> (Bus, Arc<Counters>
     (Bus::open(path, Protocol::Sts, timing, counters.clone()).expect("it opens"), counters)
 }
 
-/// Answers each request with the next entry of `said`, repeating the last one, until the line is closed.
+/// Answers each request with the next entry of `said`, and repeats the last one until the line is closed.
 fn peer(mut device: File, said: Vec<Vec<u8>>) -> std::thread::JoinHandle<()> {
     std::thread::spawn(move || {
         let mut at = 0;
@@ -51,9 +51,9 @@ fn good() -> Vec<u8> {
     answer(Protocol::Sts, 1, 0, &[9, 3])
 }
 
-/// Long enough for any machine: the tests never wait for it.
+/// Time limit that is long enough for any machine; the tests never wait that long.
 const LONG: Duration = Duration::from_secs(60);
-/// Time limit for missing answers; slow ones lead to repetitions.
+/// Time limit for missing answers; late answers cause retries.
 const SHORT: Duration = Duration::from_millis(100);
 
 #[test]

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Servos at the other end of a pseudo terminal: a thread that stores their registers. With torque on, a goal is reached at once.
+//! Servos at the other end of a pseudo terminal: a thread that stores their registers. With torque on, a goal is reached immediately.
 use super::codecs::answer;
 use crate::serial::tests::pty;
 use crate::servos::frame::BROADCAST;
@@ -29,7 +29,7 @@ impl Peer {
         Peer::with(protocol, false)
     }
 
-    /// Returns the same with an adapter that echoes sent bytes.
+    /// Returns the same servos on an adapter that echoes sent bytes.
     pub(super) fn echoing(protocol: Protocol) -> Peer {
         Peer::with(protocol, true)
     }
@@ -62,7 +62,7 @@ impl Peer {
         table[usize::from(register.address)..][..usize::from(register.len)].copy_from_slice(&value.to_le_bytes()[..usize::from(register.len)]);
     }
 
-    /// Silences a servo.
+    /// Silences the servo with this ID.
     pub(super) fn lose(&self, id: u8) {
         self.tables.lock().expect("nobody panics with it").remove(&id);
     }
@@ -75,7 +75,7 @@ impl Peer {
         self.get(id, Map::of(self.protocol).torque)
     }
 
-    /// Ends the thread, once the line is no longer open elsewhere.
+    /// Stops the thread after the line has been closed everywhere else.
     pub(super) fn join(mut self) {
         self.held = None;
         self.thread.take().expect("it is joined once").join().expect("it understood everything");

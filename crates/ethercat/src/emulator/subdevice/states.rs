@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The state machine of an emulated subdevice: Init, PreOp, SafeOp and Op, and the conditions of each change.
+//! State machine of an emulated subdevice: Init, PreOp, SafeOp and Op, and the conditions of each transition.
 use super::{Application, DRIVE_INPUTS, DRIVE_OUTPUTS, INPUTS, MAILBOXES, OUTPUTS, Subdevice};
 use crate::emulator::controller::Wiring;
 use crate::emulator::sdo::{MAILBOX_LEN, SdoServer};

@@ -6,14 +6,14 @@ const NEGATIVE_BAND: u32 = 1;
 
 /// Dead band: y = 0 if |u - middle| <= width, else u - middle reduced by the width, towards 0.
 ///
-/// The output does not jump at the edges. For joysticks, and errors too small to act on. Range: width from 0. Faults: 1 the width is
+/// The output does not jump at the edges. For joysticks, and for errors too small to act on. Range: width from 0. Faults: 1 the width is
 /// negative or NaN.
 #[derive(FunctionBlock)]
 pub struct DeadBand {
     /// input
     #[input]
     u: f64,
-    /// part of the input beyond the band
+    /// part of the input outside the band
     #[output(unit = "=u")]
     y: f64,
     /// half-width of the band

@@ -7,8 +7,8 @@ const NEGATIVE_TIME: u32 = 1;
 
 /// Filtered differentiator: Y(s) = s / (1 + T s) U(s), by backward differences.
 ///
-/// T = 0 gives the plain difference, which amplifies noise most. The output starts at 0. Never rings, unlike the bilinear transform.
-/// Source: Astrom and Hagglund, Advanced PID Control, 13.4. Range: T from 0. Faults: 1 the time constant is negative or NaN.
+/// T = 0 gives the plain difference, which amplifies noise the most. The output starts at 0. It never rings, unlike that of the bilinear
+/// transform. Source: Astrom and Hagglund, Advanced PID Control, 13.4. Range: T from 0. Faults: 1 the time constant is negative or NaN.
 #[derive(FunctionBlock)]
 pub struct Differentiator {
     /// input

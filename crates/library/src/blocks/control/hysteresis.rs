@@ -8,23 +8,23 @@ const NOT_FINITE: u32 = 2;
 
 /// Hysteresis, a relay: active becomes true at u >= upper, false at u <= lower; y = high or low.
 ///
-/// Between the levels the state is kept; it starts inactive. For two-point control, such as a thermostat. Range: upper not below lower;
-/// if they are equal, u at that level is active. Faults: 1 upper is below lower; 2 the input is not finite.
+/// Between the levels, the state is kept; the relay starts inactive. For two-point control, such as a thermostat. Range: upper not below
+/// lower; if they are equal, the relay is active for u at that level. Faults: 1 upper is below lower; 2 the input is not finite.
 #[derive(FunctionBlock)]
 pub struct Hysteresis {
     /// input
     #[input]
     u: f64,
-    /// high if active, else low
+    /// high if active, otherwise low
     #[output]
     y: f64,
     /// true if active
     #[output]
     active: bool,
-    /// level at or above which it becomes active
+    /// level at or above which the output becomes active
     #[param(default = 0.5, range = "[-inf, inf)")]
     upper: f64,
-    /// level at or below which it becomes inactive
+    /// level at or below which the output becomes inactive
     #[param(default = -0.5, range = "[-inf, inf)")]
     lower: f64,
     /// output if active

@@ -7,14 +7,15 @@ const EMPTY_RANGE: u32 = 1;
 
 /// Integrator: y = initial + gain ∫u dt, by the trapezoidal rule, clamped to low and high.
 ///
-/// `reset` sets it to `initial` and keeps it there as long as it is true. There is no wind-up at a limit: the output leaves it as soon as
-/// u changes sign. Source: Astrom and Hagglund, Advanced PID Control, 3.5. Range: low not above high. Faults: 1 low is above high.
+/// `reset` sets the output to `initial` and keeps it there as long as `reset` is true. There is no wind-up at a limit: the output leaves
+/// the limit as soon as u changes sign. Source: Astrom and Hagglund, Advanced PID Control, 3.5. Range: low not above high. Faults: 1 low
+/// is above high.
 #[derive(FunctionBlock)]
 pub struct Integrator {
     /// input
     #[input]
     u: f64,
-    /// true: reset to the initial value
+    /// true: reset the output to the initial value
     #[input(asynchronous, default = false)]
     reset: bool,
     /// value at the start and after a reset
@@ -23,7 +24,7 @@ pub struct Integrator {
     /// integral
     #[output]
     y: f64,
-    /// factor
+    /// gain
     #[param(default = 1.0, range = "[-inf, inf)")]
     gain: f64,
     /// minimum output

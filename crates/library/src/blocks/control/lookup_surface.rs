@@ -3,7 +3,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 const COLUMNS_MAX: usize = 8;
 
-/// The points are not in rising order.
+/// The points are not in ascending order.
 const NOT_RISING: u32 = 1;
 /// The number of columns is out of range.
 const BAD_COLUMNS: u32 = 2;
@@ -12,33 +12,33 @@ const NOT_A_NUMBER: u32 = 3;
 
 /// Lookup surface: z = bilinear interpolation of z_ij between (x_i, y_j), the edge values held beyond the edges.
 ///
-/// A map of two inputs: a friction table, or gains scheduled by load and speed. The rows of `zs` have 8 numbers, of which the first
-/// `columns` count: `library.padded(Z)` pads them. Range: 2 to 16 rows, 2 to 8 columns, x and y rising. Faults: 1 the points xs or ys are
-/// not in rising order; 2 the number of columns is not 2 to 8; 3 an input is NaN.
+/// A map of two inputs: a friction table, or gains scheduled by load and speed. The rows of `zs` have 8 numbers, of which only the first
+/// `columns` are used: `library.padded(Z)` pads them. Range: 2 to 16 rows, 2 to 8 columns, x and y ascending. Faults: 1 the points xs or
+/// ys are not in ascending order; 2 the number of columns is not 2 to 8; 3 an input is NaN.
 #[derive(FunctionBlock)]
 pub struct LookupSurface {
     /// number of rows
     #[size(2, 16)]
     n: u32,
-    /// first input, across the rows
+    /// first input, which selects the row
     #[input]
     x: f64,
-    /// second input, across the columns
+    /// second input, which selects the column
     #[input]
     y: f64,
     /// interpolated value
     #[output]
     z: f64,
-    /// first input at each row, rising
+    /// first input at each row, ascending
     #[param(default = numbers(), sized, range = "[-inf, inf)")]
     xs: [f64; 16],
     /// number of columns, 2 to 8
     #[param(default = 2, range = "[2, 8]")]
     columns: u32,
-    /// second input at each column, rising; the first `columns` count
+    /// second input at each column, ascending; only the first `columns` are used
     #[param(default = numbers(), range = "[-inf, inf)")]
     ys: [f64; COLUMNS_MAX],
-    /// values: a row for each of xs, of which the first `columns` count
+    /// values: one row for each of xs, of which only the first `columns` are used
     #[param(default = [[0.0; 8]; 16], sized, range = "[-inf, inf)")]
     zs: [[f64; COLUMNS_MAX]; 16],
 }
@@ -48,7 +48,7 @@ fn numbers<const N: usize>() -> [f64; N] {
     std::array::from_fn(|i| i as f64)
 }
 
-/// Returns the interval that contains u, and the fraction of it, 0 to 1; the ends are held.
+/// Returns the interval that contains u, and the position of u in it as a fraction, 0 to 1; clamps u to the ends.
 fn place(points: &[f64], u: f64) -> (usize, f64) {
     let last = points.len() - 1;
     let i = points[1..last].partition_point(|x| *x <= u);

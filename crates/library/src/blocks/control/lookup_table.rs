@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
-/// The points are not in rising order.
+/// The points are not in ascending order.
 const NOT_RISING: u32 = 1;
-/// The behaviour beyond the ends is not one of the three.
+/// The extrapolation mode is unknown.
 const UNKNOWN_ENDS: u32 = 2;
 /// The input is beyond the ends.
 const BEYOND: u32 = 3;
 
 /// Lookup table: y = y_i + (y_(i+1) - y_i) (u - x_i) / (x_(i+1) - x_i) for u from x_i to x_(i+1), linear between points.
 ///
-/// Range: 2 to 32 points, x rising; beyond the ends the end value is held, the end line is extrapolated, or a fault is raised. Faults: 1
-/// the points x are not in rising order; 2 ends has no such value: 0 held, 1 extrapolated, 2 a fault; 3 the input is beyond the ends, or
-/// NaN.
+/// Range: 2 to 32 points, x ascending; beyond the ends, the end value is held, the last segment is extrapolated, or a fault is raised.
+/// Faults: 1 the points x are not in ascending order; 2 ends has no such value: 0 held, 1 extrapolated, 2 a fault; 3 the input is beyond
+/// the ends, or NaN.
 #[derive(FunctionBlock)]
 pub struct LookupTable {
     /// number of points
@@ -24,7 +24,7 @@ pub struct LookupTable {
     /// interpolated value
     #[output]
     y: f64,
-    /// inputs at the points, rising
+    /// inputs at the points, ascending
     #[param(default = numbers(), sized, range = "[-inf, inf)")]
     xs: [f64; 32],
     /// values at the points
@@ -38,7 +38,7 @@ pub struct LookupTable {
     beyond: Condition,
 }
 
-/// 0, 1, 2, ...: the identity table.
+/// Returns 0, 1, 2, ...: the identity table.
 fn numbers() -> [f64; 32] {
     std::array::from_fn(|i| i as f64)
 }

@@ -12,15 +12,15 @@ const BAD_TIME: u32 = 3;
 
 /// PID controller: effort = kp (b r - y) + ki ∫(r - y) dt + kd (c r' - y') + feedforward, from `least` and -limit to limit.
 ///
-/// r is the reference (the set-point, or its interpolated value if `interpolation` is set), y the measured value. b and c weigh the
-/// set-point in the proportional and the derivative term: with c = 0 a step of it gives no kick, whereas an interpolated one counts in
-/// full. The derivative is by differences, through a lag of `derivative_time`. Anti-windup 0 stops the integral if the effort is limited
-/// and the error would drive it further; 1, back-calculation, draws it back with `tracking_time`. If `manual` is true, the effort is
-/// `manual_effort` and the integral tracks it, so that the return to automatic is bumpless; a start with `manual` true in the first
-/// invocation is bumpless too. If the plant measures its rate, `joint_servo` is the better choice. Source: Astrom and Hagglund, Advanced
-/// PID Control, 3.3 to 3.6 and 13.4. Range: limit, weights and derivative_time from 0, tracking_time above 0. Faults: 1 the limit is
-/// below 0 or below the minimum effort; 2 there is no such anti-windup: 0 clamping, 1 back-calculation; 3 derivative_time is negative or
-/// tracking_time not above 0.
+/// r is the reference (the set-point, or its interpolated value if `interpolation` is set), y the measured value. b and c weight the
+/// set-point in the proportional and the derivative term: with c = 0, a step of the set-point causes no kick; an interpolated set-point
+/// always has its full weight. The derivative is computed by differences and filtered by a lag of `derivative_time`. Anti-windup 0 stops
+/// the integral if the effort is limited and the error would drive it further; 1, back-calculation, draws the integral back with
+/// `tracking_time`. If `manual` is true, the effort is `manual_effort` and the integral tracks it, so that the return to automatic is
+/// bumpless; a start with `manual` true in the first invocation is bumpless too. If the plant measures its rate, `joint_servo` is the
+/// better choice. Source: Astrom and Hagglund, Advanced PID Control, 3.3 to 3.6 and 13.4. Range: limit, weights and derivative_time from
+/// 0, tracking_time above 0. Faults: 1 the limit is below 0 or below the minimum effort; 2 there is no such anti-windup method: 0
+/// clamping, 1 back-calculation; 3 derivative_time is negative or tracking_time is not above 0.
 #[derive(FunctionBlock)]
 pub struct Pid {
     /// set-point
@@ -29,7 +29,7 @@ pub struct Pid {
     /// measured value
     #[input]
     measured: f64,
-    /// addition to the effort: a known load, such as gravity
+    /// value added to the effort: a known load, such as gravity
     #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     feedforward: f64,
     /// control effort
@@ -50,10 +50,10 @@ pub struct Pid {
     /// maximum magnitude of the effort
     #[param(default = 1e6, range = "[0, inf)")]
     limit: f64,
-    /// number of invocations over which a new set-point is reached in even steps; 1: at once
+    /// number of invocations over which a new set-point is reached in equal steps; 1: immediately
     #[param(default = 1, range = "[0, 1000000]")]
     interpolation: u32,
-    /// |e| is above the preset; the value is e; off if the preset is 0
+    /// |e| has exceeded the preset; the value is e; off if the preset is 0
     #[condition(preset = 0.0, range = "[0, inf)")]
     following_error: ConditionOf<f64>,
     /// true: the effort is `manual_effort`
@@ -62,7 +62,7 @@ pub struct Pid {
     /// manual effort, or the output of another controller
     #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     manual_effort: f64,
-    /// lower limit of the effort, if it is not -limit (0 for a heater)
+    /// minimum effort, if other than -limit (0 for a heater)
     #[param(default = f64::NEG_INFINITY, range = "[-inf, inf)")]
     least: f64,
     /// b: weight of the set-point in the proportional term
@@ -71,13 +71,13 @@ pub struct Pid {
     /// c: weight of the set-point in the derivative term
     #[param(default = 0.0, range = "[-inf, inf)")]
     derivative_weight: f64,
-    /// time constant of the lag of the derivative; 0: none
+    /// time constant of the derivative filter; 0: no filter
     #[param(default = 0.0, unit = "s", range = "[0, inf)")]
     derivative_time: f64,
     /// 0 clamping, 1 back-calculation
     #[param(default = 0, range = "[0, 1]")]
     anti_windup: u32,
-    /// time constant of back-calculation of the integral
+    /// time constant with which back-calculation draws the integral back
     #[param(default = 1.0, unit = "s", range = "(0, inf)")]
     tracking_time: f64,
     /// state of the reference
@@ -98,7 +98,7 @@ pub struct Pid {
 }
 
 impl Pid {
-    /// Updates the derivative c r' - y', through the lag.
+    /// Updates the derivative c r' - y', filtered by the lag.
     fn derive(&mut self, step: f64, span_s: f64) {
         let step = if self.interpolation > 1 { step } else { self.derivative_weight * step };
         let change = step - (self.measured - self.before);
@@ -110,7 +110,7 @@ impl Pid {
         }
     }
 
-    /// Computes the effort, and the matching integral.
+    /// Computes the effort and the corresponding integral.
     fn act(&mut self, reference: f64, span_s: f64) {
         let proportional = self.kp * (self.setpoint_weight * reference - self.measured);
         let derivative = self.kd * self.rate;

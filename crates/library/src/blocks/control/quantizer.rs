@@ -6,19 +6,19 @@ const BAD_STEP: u32 = 1;
 
 /// Quantizer: y = offset + step round((u - offset) / step), halves away from 0.
 ///
-/// Models a converter of that resolution. Range: step above 0. Faults: 1 the step is not above 0.
+/// Models a converter of this resolution. Range: step above 0. Faults: 1 the step is not above 0.
 #[derive(FunctionBlock)]
 pub struct Quantizer {
     /// input
     #[input]
     u: f64,
-    /// nearest multiple of the step
+    /// nearest quantized value
     #[output(unit = "=u")]
     y: f64,
     /// distance between adjacent values
     #[param(default = 0.1, range = "(0, inf)")]
     step: f64,
-    /// one of the values
+    /// any one of the quantized values
     #[param(default = 0.0, range = "[-inf, inf)")]
     offset: f64,
 }

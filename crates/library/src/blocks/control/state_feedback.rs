@@ -6,7 +6,7 @@ const BAD_LIMIT: u32 = 1;
 
 /// State feedback: effort = reference_gain r - k_1 x_1 - ... - k_n x_n within ± limit.
 ///
-/// The gains are from pole placement or a linear-quadratic design. Source: Franklin, Powell and Workman, Digital Control of Dynamic
+/// The gains come from pole placement or a linear-quadratic design. Source: Franklin, Powell and Workman, Digital Control of Dynamic
 /// Systems, 8.1. Range: limit from 0. Faults: 1 the limit is negative or NaN.
 #[derive(FunctionBlock)]
 pub struct StateFeedback {
@@ -19,7 +19,7 @@ pub struct StateFeedback {
     /// reference r
     #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     reference: f64,
-    /// effort on the plant
+    /// effort applied to the plant
     #[output]
     effort: f64,
     /// gain of each state

@@ -6,10 +6,10 @@ const NOT_FINITE: u32 = 1;
 
 /// State space: y_k = c x_k + d u_k, x_(k+1) = a x_k + b u_k + e w_k, discrete, of up to 8 states.
 ///
-/// A plant model, a compensator or, with w the measurement, an observer: a = A - L C, b = B, e = L. The rows of `a` have 8 numbers, of
-/// which the first n count: `library.padded(A)` pads them. x is the state before the invocation's input acts. Source: Franklin, Powell
-/// and Workman, Digital Control of Dynamic Systems, 4.3; discretise with `scipy.signal.cont2discrete`. Stability is not checked. Faults:
-/// 1 a state of the next invocation is not finite: an input is not finite, or the system is unstable.
+/// A plant model, a compensator or, with w as the measurement, an observer: a = A - L C, b = B, e = L. The rows of `a` have 8 numbers, of
+/// which only the first n are used: `library.padded(A)` pads them. x is the state before the input of this invocation takes effect.
+/// Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 4.3; discretise with `scipy.signal.cont2discrete`. Stability
+/// is not checked. Faults: 1 a state of the next invocation is not finite: an input is not finite, or the system is unstable.
 #[derive(FunctionBlock)]
 pub struct StateSpace {
     /// number of states
@@ -42,7 +42,7 @@ pub struct StateSpace {
     /// weight of the second input in the next value of each state
     #[param(default = [0.0; 8], sized, range = "[-inf, inf)")]
     e: [f64; 8],
-    /// states at the start
+    /// initial states
     #[param(default = [0.0; 8], sized, range = "[-inf, inf)")]
     initial: [f64; 8],
     /// states of the next invocation

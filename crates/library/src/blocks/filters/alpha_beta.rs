@@ -7,7 +7,7 @@ const BAD_GAINS: u32 = 1;
 
 /// Alpha-beta tracking observer: x = x^ + alpha r, v += beta r / dt with x^ = x + v dt and r = u - x^.
 ///
-/// Estimates position and velocity from a measured position alone, without the lag of a filtered difference; it starts at the first
+/// Estimates position and velocity from a measured position alone, without the lag of a filtered difference; starts at the first
 /// position, at rest. beta = alpha^2 / (2 - alpha) is the choice of Benedict and Bordner, 1962. Range: alpha 0 to 1, beta 0 to 4 - 2
 /// alpha (stability). Faults: 1 alpha is not 0 to 1, or beta not 0 to 4 - 2 alpha.
 #[derive(FunctionBlock)]

@@ -7,10 +7,10 @@ const UNSTABLE: u32 = 1;
 
 /// Second-order section: y_k = b0 u_k + b1 u_(k-1) + b2 u_(k-2) - a1 y_(k-1) - a2 y_(k-2).
 ///
-/// Any second-order digital filter by its coefficients (a0 = 1), as a design program outputs them; transposed direct form II. For a
-/// design by frequency and quality, see `second_order`; for several in series, `biquad_cascade`. Source: Oppenheim and Schafer,
-/// Discrete-Time Signal Processing, 6.3. Range: the poles inside the unit circle, |a2| < 1 and |a1| < 1 + a2. Faults: 1 the filter is not
-/// stable: |a2| must be below 1 and |a1| below 1 + a2.
+/// Any second-order digital filter, given by its coefficients (a0 = 1) as a design program outputs them; transposed direct form II. For a
+/// design by frequency and quality factor, see `second_order`; for several sections in series, `biquad_cascade`. Source: Oppenheim and
+/// Schafer, Discrete-Time Signal Processing, 6.3. Range: the poles inside the unit circle, |a2| < 1 and |a1| < 1 + a2. Faults: 1 the
+/// filter is not stable: |a2| must be below 1 and |a1| below 1 + a2.
 #[derive(FunctionBlock)]
 pub struct Biquad {
     /// raw signal

@@ -9,8 +9,9 @@ const NOT_NORMALISED: u32 = 2;
 
 /// Cascade of second-order sections: Y(z) = H_1(z) ... H_n(z) U(z), each row b0, b1, b2, 1, a1, a2.
 ///
-/// A filter of any order up to 16, by the rows that a design program outputs ("sos"). Source: Oppenheim and Schafer, Discrete-Time Signal
-/// Processing, 6.4. Faults: 1 a section is not stable: |a2| must be below 1 and |a1| below 1 + a2; 2 the fourth number of a row is not 1.
+/// A filter of any order up to 16, given by the rows that a design program outputs ("sos"). Source: Oppenheim and Schafer, Discrete-Time
+/// Signal Processing, 6.4. Faults: 1 a section is not stable: |a2| must be below 1 and |a1| below 1 + a2; 2 the fourth number of a row is
+/// not 1.
 #[derive(FunctionBlock)]
 pub struct BiquadCascade {
     /// number of sections

@@ -7,9 +7,9 @@ const NEGATIVE_TIME: u32 = 1;
 
 /// First-order lag (PT1), a low-pass filter by its time constant: T y' + y = k u.
 ///
-/// Exact for an input that is constant between two invocations, at any interval; the output starts at k u. `lowpass` is the same filter
-/// by its smoothing factor. Source: Astrom and Wittenmark, Computer-Controlled Systems, 2.3 (zero-order hold). Range: T from 0, which
-/// makes it a gain. Faults: 1 the time constant is negative or NaN.
+/// Exact for an input that is constant between two invocations, whatever the interval; the output starts at k u. `lowpass` is the same
+/// filter, given by its smoothing factor. Source: Astrom and Wittenmark, Computer-Controlled Systems, 2.3 (zero-order hold). Range: T
+/// from 0, which makes it a gain. Faults: 1 the time constant is negative or NaN.
 #[derive(FunctionBlock)]
 pub struct FirstOrderLag {
     /// input
@@ -21,7 +21,7 @@ pub struct FirstOrderLag {
     /// gain
     #[param(default = 1.0, range = "[-inf, inf)")]
     k: f64,
-    /// time constant T: time to 63 % of a step
+    /// time constant T: time to reach 63 % of a step
     #[param(default = 0.1, unit = "s", range = "[0, inf)")]
     time: f64,
     /// time of the previous invocation

@@ -7,9 +7,9 @@ const BAD_VARIANCE: u32 = 1;
 
 /// One-dimensional Kalman filter of a drifting value: p += drift dt, k = p / (p + noise), y += k (u - y), p = (1 - k) p.
 ///
-/// The best linear estimate of a random walk measured with noise; starts at the first measurement. The gain settles to that of a low-pass
-/// filter; until then the filter is faster. Source: Kalman, 1960; Brown and Hwang, Introduction to Random Signals and Applied Kalman
-/// Filtering, 4. Range: noise above 0, drift from 0. Faults: 1 the variance of the noise is not above 0, or that of the drift is
+/// The best linear estimate of a random walk measured with noise; starts at the first measurement. The gain converges to that of a
+/// low-pass filter; until then, the filter is faster. Source: Kalman, 1960; Brown and Hwang, Introduction to Random Signals and Applied
+/// Kalman Filtering, 4. Range: noise above 0, drift from 0. Faults: 1 the variance of the noise is not above 0, or that of the drift is
 /// negative.
 #[derive(FunctionBlock)]
 pub struct Kalman {
@@ -28,7 +28,7 @@ pub struct Kalman {
     /// variance of a measurement
     #[param(default = 1.0, range = "(0, inf)")]
     noise: f64,
-    /// variance by which the value drifts per second
+    /// variance of the drift of the value per second
     #[param(default = 1.0, range = "[0, inf)")]
     drift: f64,
     /// time of the previous invocation

@@ -7,7 +7,7 @@ const BAD_TIME: u32 = 1;
 
 /// Lead-lag compensator: Y(s) = k (1 + lead s) / (1 + lag s) U(s).
 ///
-/// Discretised by the bilinear transform for the interval of its invocations; it starts at k u, at rest. lead above lag gives phase lead.
+/// Discretised by the bilinear transform for the interval of its invocations; starts at k u, at rest. lead above lag gives phase lead.
 /// Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 6.1. Range: lead from 0, lag above 0. Faults: 1 lead is
 /// negative, or lag is not above 0.
 #[derive(FunctionBlock)]

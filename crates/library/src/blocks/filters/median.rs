@@ -12,19 +12,19 @@ const NOT_FINITE: u32 = 2;
 /// Median filter: y = median of the last w values, or of all values so far if fewer; of an even number the mean of the middle two.
 ///
 /// Removes single outliers without rounding the edges of a signal. Source: Tukey, Exploratory Data Analysis, 7. Range: window 1 to 31,
-/// usually odd; it delays by half of it. Faults: 1 the window is not 1 to 31 invocations; 2 the input is not finite.
+/// usually odd; the delay is half the window. Faults: 1 the window is not 1 to 31 invocations; 2 the input is not finite.
 #[derive(FunctionBlock)]
 pub struct Median {
     /// raw signal
     #[input]
     u: f64,
-    /// median of the last values
+    /// median of the most recent values
     #[output(unit = "=u")]
     y: f64,
     /// length w of the window in invocations, 1 to 31
     #[param(default = 5, range = "[1, 31]")]
     window: u32,
-    /// last values
+    /// most recent values
     #[state(opaque)]
     past: Window,
 }

@@ -7,20 +7,20 @@ const BAD_WINDOW: u32 = 1;
 
 /// Moving average: y_k = (u_k + ... + u_(k-w+1)) / w over the last w invocations, or all so far if fewer.
 ///
-/// The sum is computed afresh each time, so rounding errors do not accumulate. A w equal to the period of a disturbance removes that
+/// The sum is recomputed each time, so rounding errors do not accumulate. A window equal to the period of a disturbance removes that
 /// disturbance. Range: window 1 to 256. Faults: 1 the window is not 1 to 256 invocations.
 #[derive(FunctionBlock)]
 pub struct MovingAverage {
     /// raw signal
     #[input]
     u: f64,
-    /// mean of the last values
+    /// mean of the most recent values
     #[output(unit = "=u")]
     y: f64,
     /// length w of the window in invocations, 1 to 256
     #[param(default = 10, range = "[1, 256]")]
     window: u32,
-    /// last values
+    /// most recent values
     #[state(opaque)]
     past: Window,
 }

@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 
 /// The kind of filter is unknown.
 const UNKNOWN_KIND: u32 = 1;
-/// The frequency or the quality is not above 0.
+/// The frequency or the quality factor is not above 0.
 const NOT_POSITIVE: u32 = 2;
 /// The frequency is not below half the invocation rate.
 const TOO_HIGH: u32 = 3;
@@ -14,11 +14,11 @@ const TOO_HIGH: u32 = 3;
 /// Second-order low-pass, high-pass, band-pass or notch filter: H(s) = 1, s^2, s/q or s^2 + 1 over s^2 + s/q + 1, s in units of 2 pi
 /// frequency.
 ///
-/// Discretised by the bilinear transform for the interval of its invocations, prewarped so that the frequency is exact; it starts at rest
-/// at its first sample, so there is no transient from 0. Quality 0.7071 gives a Butterworth filter; a notch is frequency / quality wide.
-/// Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 6.1. Range: frequency above 0 and below half the invocation
-/// rate, quality above 0. Faults: 1 there is no such kind of filter: 0 low-pass, 1 high-pass, 2 band-pass, 3 notch; 2 frequency or
-/// quality is not above 0; 3 the frequency is not below half the invocation rate.
+/// Discretised by the bilinear transform for the interval of its invocations, and prewarped so that the frequency is exact; starts at
+/// rest at its first sample, so that there is no transient from 0. Quality 0.7071 gives a Butterworth filter; the width of a notch is
+/// frequency / quality. Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 6.1. Range: frequency above 0 and below
+/// half the invocation rate, quality above 0. Faults: 1 there is no such kind of filter: 0 low-pass, 1 high-pass, 2 band-pass, 3 notch; 2
+/// frequency or quality is not above 0; 3 the frequency is not below half the invocation rate.
 #[derive(FunctionBlock)]
 pub struct SecondOrder {
     /// raw signal
@@ -30,10 +30,10 @@ pub struct SecondOrder {
     /// 0 low-pass, 1 high-pass, 2 band-pass, 3 notch
     #[param(default = 0, range = "[0, 3]")]
     kind: u32,
-    /// corner frequency, or the centre of the band or notch
+    /// corner frequency, or centre frequency of the band or notch
     #[param(default = 10.0, unit = "Hz", range = "(0, inf)")]
     frequency: f64,
-    /// quality q
+    /// quality factor q
     #[param(default = FRAC_1_SQRT_2, range = "(0, inf)")]
     quality: f64,
     /// time of the previous invocation
@@ -54,7 +54,7 @@ pub struct SecondOrder {
 }
 
 impl SecondOrder {
-    /// Computes the coefficients for this span; the filter starts at rest if there were none before.
+    /// Computes the coefficients for this span; if there were none before, starts the filter at rest.
     fn design(&mut self, kind: Kind, span_s: f64) {
         let wanted = [span_s, self.frequency, self.quality, f64::from(self.kind)];
         if wanted == self.designed {

@@ -6,10 +6,10 @@ const NO_LEADING: u32 = 1;
 
 /// Discrete transfer function: a_0 y_k = b_0 u_k + ... + b_(n-1) u_(k-n+1) - a_1 y_(k-1) - ... - a_(n-1) y_(k-n+1).
 ///
-/// The numerator b and the denominator a are in rising powers of 1/z, both of n numbers (pad the shorter with zeros); a = 1, 0, ... is a
-/// filter of finite impulse response. Transposed direct form II; above order 4 a `biquad_cascade` has smaller rounding errors. Source:
-/// Oppenheim and Schafer, Discrete-Time Signal Processing, 6.3. Range: a_0 not 0; the poles are not checked to be inside the unit circle.
-/// Faults: 1 the first number of the denominator is 0.
+/// The numerator b and the denominator a are in ascending powers of 1/z, both with n coefficients (pad the shorter one with zeros); a =
+/// 1, 0, ... gives a finite impulse response. Transposed direct form II; above order 4, a `biquad_cascade` has smaller rounding errors.
+/// Source: Oppenheim and Schafer, Discrete-Time Signal Processing, 6.3. Range: a_0 not 0; the poles are not checked to be inside the unit
+/// circle. Faults: 1 the first coefficient of the denominator is 0.
 #[derive(FunctionBlock)]
 pub struct TransferFunction {
     /// number of coefficients: the order plus one

@@ -7,9 +7,9 @@ const BAD_TIME: u32 = 1;
 
 /// Washout, a first-order high-pass filter: Y(s) = T s / (1 + T s) U(s).
 ///
-/// Passes changes and removes the constant part, such as the offset of a force sensor. Bilinear, for the interval of its invocations; the
-/// output starts at 0. Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 6.1. Range: T above 0. Faults: 1 the
-/// time constant is not above 0.
+/// Passes changes and removes the constant part, such as the offset of a force sensor. Discretised by the bilinear transform for the
+/// interval of its invocations; the output starts at 0. Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 6.1.
+/// Range: T above 0. Faults: 1 the time constant is not above 0.
 #[derive(FunctionBlock)]
 pub struct Washout {
     /// raw signal

@@ -14,27 +14,28 @@ line_planner! {
     /// Arc planner: an arc of the tool on the circle through three poses, position(s) = start + along s sin(φ)/φ + across s (1 - cos
     /// φ)/φ, φ = angle s, s jerk-limited from 0 to 1.
     ///
-    /// Execute it once; a `line_generator` bound to its line makes the motion, under the same time law as a straight line. The arc begins
-    /// at the pose of the tool, passes `via` and ends at `goal`, or after `angle`, which may exceed a full circle. Three poses on a
-    /// straight line give that line if `via` is between the others. The acceleration includes the centripetal acceleration: a small
-    /// circle is passed more slowly. The orientation is that of the three poses where they are (0), turns evenly from the start's to the
-    /// goal's (1), or is kept relative to the path (2). The whole arc is followed by inverse kinematics before anything moves, at 128
-    /// points for each half circle, as a line is. From rest to rest. If `waits` is true, the planner waits for moving joints: their
-    /// generator brakes them. Faults: 1 the chain is not one for n joints; 2 a joint position is not finite or a pose has no unit
-    /// quaternion; 3 a limit is not above 0, the angle is not within 0 and 4 π, or the orientation is none of the three.
+    /// Execute it once; a `line_generator` bound to its line executes the motion, with the same time law as for a straight line. The arc
+    /// begins at the current pose of the tool, passes `via` and ends at `goal`, or after `angle`, which may exceed a full circle. Three
+    /// poses on a straight line give that line if `via` is between the others. The acceleration includes the centripetal acceleration, so
+    /// a small circle is traversed more slowly. The orientation matches that of each of the three poses (0), turns evenly from the
+    /// start's to the goal's (1), or is kept relative to the path (2). The whole arc is followed by inverse kinematics before anything
+    /// moves, at 128 points for each half circle, as for a line. The motion is from rest to rest. If `waits` is true, the planner waits
+    /// for moving joints while their generator brakes them. Faults: 1 the arm is not a chain of n joints; 2 a joint position is not
+    /// finite, or the quaternion of a pose is not a unit quaternion; 3 a limit is not above 0, the angle is not within 0 and 4 π, or the
+    /// orientation is none of the three.
     ArcPlanner {
-        /// pose that the tool passes on the arc: x y z in m, quaternion w x y z
+        /// pose through which the tool passes on the arc: x y z in m, quaternion w x y z
         #[input(asynchronous, range = "[pose]")]
         via: [f64; 7],
         /// angle of the arc; 0: the arc ends at the goal
         #[input(asynchronous, default = 0.0, unit = "rad", range = "[0, 12.567]")]
         angle: f64,
-        /// orientation along the arc: 0 that of the three poses where they are, 1 turning evenly from the start's to the goal's, 2 kept
+        /// orientation along the arc: 0 matching each of the three poses, 1 turning evenly from the start's to the goal's, 2 kept
         /// relative to the path
         #[input(asynchronous, default = 0, range = "[0, 2]")]
         orientation: i32,
-        /// the poses make no arc; the value is the reason: 1 via is at the start, 2 via is at the goal, 3 the goal is at the start, 4 via
-        /// is on a line with both and not between them, 5 all are on a line and an angle is set, 6 the angle ends before via
+        /// the poses do not define an arc; the value is the reason: 1 via is at the start, 2 via is at the goal, 3 the goal is at the
+        /// start, 4 via is on a line with both and not between them, 5 all are on a line and an angle is set, 6 the angle ends before via
         #[condition]
         no_arc: ConditionOf<i32>,
     }
@@ -86,7 +87,7 @@ mod tests {
         }
     }
 
-    /// Returns a pose shifted from the home pose of the tool and turned about an axis.
+    /// Returns a pose translated from the home pose of the tool and rotated about an axis.
     fn shifted(shift: [f64; 3], angle: f64) -> Pose {
         let chain = six_joints();
         let here = chain.read(6).expect("a chain").posture(&HOME).tool;
@@ -127,7 +128,7 @@ mod tests {
         assert!(gone > 30, "{gone} of 60 can be gone");
     }
 
-    /// Returns the centre of the circle through three points, by its barycentric weights.
+    /// Returns the centre of the circle through three points, from its barycentric weights.
     fn middle(a: [f64; 3], b: [f64; 3], c: [f64; 3]) -> [f64; 3] {
         let square = |u: [f64; 3], v: [f64; 3]| length(subtract(u, v)).powi(2);
         let (x, y, z) = (square(b, c), square(c, a), square(a, b));

@@ -7,13 +7,15 @@ use crate::kinematics::{BAD_CHAIN, BAD_POSE};
 use crate::span::Span;
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
-/// Differential kinematics: setpoint += J⁻¹ (pose - forward(setpoint)), a small motion of the pose becomes a small motion of the joints.
+/// Differential kinematics: setpoint += J⁻¹ (pose - forward(setpoint)), a small motion of the pose becomes a small motion of the
+/// joints.
 ///
-/// For a pose that is generated online: by a compliance law, a joystick, a camera. It begins at `start` (the present commanded positions)
-/// and continues from one invocation to the next, so the arm keeps its posture. No joint is commanded a step above its maximum speed or
-/// beyond its range: all joints then take the same fraction of their steps, `behind` is the distance of the tool from the pose, and
-/// `slowed` is reported; the tool catches up later. For a straight line that is known in advance, use `line_planner`, which looks ahead.
-/// Faults: 1 the chain is not one for n joints; 2 a position is not finite or the pose has no unit quaternion.
+/// For a pose that is generated online: by a compliance law, a joystick, a camera. It begins at `start` (the current commanded positions)
+/// and continues from one invocation to the next, so the arm keeps its posture. No joint is commanded a step that exceeds its maximum
+/// speed or leaves its range: instead, all joints take the same fraction of their steps, `behind` is the distance of the tool from the
+/// pose, and `slowed` is reported; the tool catches up later. For a straight line that is known in advance, use `line_planner`, which
+/// looks ahead. Faults: 1 the arm is not a chain of n joints; 2 a position is not finite, or the quaternion of the pose is not a unit
+/// quaternion.
 #[derive(FunctionBlock)]
 pub struct DifferentialKinematics {
     /// number of joints
@@ -37,19 +39,19 @@ pub struct DifferentialKinematics {
     /// commanded positions of the joints, rad or m
     #[output(sized)]
     setpoint: [f64; 16],
-    /// distance of the tool from the pose at the set-point
+    /// distance of the tool from the commanded pose, at the set-point
     #[output(unit = "m")]
     behind: f64,
-    /// angle of the tool from the pose at the set-point
+    /// angle of the tool from the commanded pose, at the set-point
     #[output(unit = "rad")]
     turned: f64,
     /// the arm
     #[param(default = Chain::NOTHING)]
     chain: Chain,
-    /// a joint would have exceeded its maximum speed, or the pose is not reachable
+    /// a joint would have exceeded its maximum speed, or the pose is unreachable
     #[condition]
     slowed: Condition,
-    /// the tool is farther behind than the preset (0: off); the value is the distance, m
+    /// the distance of the tool from the pose exceeds the preset (0: off); the value is the distance, m
     #[condition(preset = 0.0, range = "[0, inf)")]
     lost: ConditionOf<f64>,
     /// time of the previous invocation

@@ -5,9 +5,8 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Forward kinematics: pose = base exp(ξ₁ q₁) … exp(ξₙ qₙ) home tool, the product of exponentials of the joints' axes.
 ///
-/// A pose is x, y, z in m, then a unit quaternion, w first. `gpac.robots.load(...).chain` is the chain of an arm. Source: Lynch and
-/// Park, *Modern Robotics*, 2017, section 4.1.
-/// Faults: 1 the chain is not one for n joints; 2 a joint position is not finite.
+/// A pose is x, y, z in m, followed by a unit quaternion, w first. `gpac.robots.load(...).chain` is the chain of an arm. Source: Lynch
+/// and Park, *Modern Robotics*, 2017, section 4.1. Faults: 1 the arm is not a chain of n joints; 2 a joint position is not finite.
 #[derive(FunctionBlock)]
 pub struct ForwardKinematics {
     /// number of joints

@@ -7,11 +7,11 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// Inverse dynamics: effort = M(q) q'' + C(q, q') q' + g(q), the joint efforts of a motion, by the Newton-Euler equations.
 ///
 /// `gravity_effort` is g(q) alone, which holds the arm still. If `velocity` and `acceleration` are not connected, both outputs are equal,
-/// so the block compensates gravity. Friction and damping are not modelled. `gpac.robots.load(...).dynamics.parameters` are chain, links
-/// and gravity of an arm; parts attached to joints that do not move the tool count as rigid. Source: Luh, Walker and Paul, Journal of
-/// Dynamic Systems, Measurement, and Control 102(2), 1980; Featherstone, *Rigid Body Dynamics Algorithms*, 2008, section 5.3. Faults: 1
-/// the chain is not one for n joints; 2 a position, velocity or acceleration is not finite, or gravity is not; 3 a link's mass or its
-/// motor's inertia is negative, or a number of it is not finite.
+/// so the block performs gravity compensation. Friction and damping are not modelled. `gpac.robots.load(...).dynamics.parameters`
+/// contains the chain, links and gravity of an arm; bodies attached to joints that do not move the tool are treated as rigidly attached.
+/// Source: Luh, Walker and Paul, Journal of Dynamic Systems, Measurement, and Control 102(2), 1980; Featherstone, *Rigid Body Dynamics
+/// Algorithms*, 2008, section 5.3. Faults: 1 the arm is not a chain of n joints; 2 a position, velocity or acceleration is not finite, or
+/// gravity is not; 3 the mass of a link or the inertia of its motor is negative, or one of its numbers is not finite.
 #[derive(FunctionBlock)]
 pub struct InverseDynamics {
     /// number of joints
@@ -35,7 +35,7 @@ pub struct InverseDynamics {
     /// the arm
     #[param(default = Chain::NOTHING)]
     chain: Chain,
-    /// masses of its links
+    /// mass properties of the arm's links
     #[param(default = Links::MASSLESS)]
     links: Links,
     /// gravity in the frame of the poses, m/s^2

@@ -5,14 +5,15 @@ use crate::kinematics::pose::Pose;
 use crate::kinematics::{BAD_CHAIN, BAD_POSE};
 use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
-/// Inverse kinematics: q with forward(q) = goal, by damped least squares dq = Jᵀ (J Jᵀ + λ)⁻¹ e from the joint positions `near`.
+/// Inverse kinematics: finds q with forward(q) = goal by damped least squares, dq = Jᵀ (J Jᵀ + λ)⁻¹ e, starting from the joint positions
+/// `near`.
 ///
-/// The ranges of the joints are respected. If `goal` is not reached, q is the nearest solution found: then `limit` gives the joint whose
-/// range prevents it (0: the first), else `unreachable` gives the distance of the tool from the goal (m). `singular` is also reported if
-/// the minimum singular value of the Jacobian at q is below its preset: small motions of the tool then need large motions of a joint. The
-/// time is bounded: 80 iterations an attempt, each some 10 µs; one attempt starts from `near`, the others from other positions in the
-/// ranges. Source: Sugihara, IEEE Transactions on Robotics 27(5), 2011. Faults: 1 the chain is not one for n joints; 2 a joint position
-/// is not finite or the goal has no unit quaternion.
+/// The joint ranges are respected. If the goal cannot be reached, q is the closest solution found; `limit` then gives the joint whose
+/// range prevents it (0: the first), or, if none does, `unreachable` gives the distance of the tool from the goal (m). `singular` is also
+/// reported if the minimum singular value of the Jacobian at q is below the preset: small motions of the tool then require large motions
+/// of a joint. The computation time is bounded: at most 80 iterations per attempt, about 10 µs each; the first attempt starts from
+/// `near`, the others from other positions within the ranges. Source: Sugihara, IEEE Transactions on Robotics 27(5), 2011. Faults: 1 the
+/// arm is not a chain of n joints; 2 a joint position is not finite, or the quaternion of the goal is not a unit quaternion.
 #[derive(FunctionBlock)]
 pub struct InverseKinematics {
     /// number of joints
@@ -21,7 +22,7 @@ pub struct InverseKinematics {
     /// goal pose of the tool: x y z in m, quaternion w x y z
     #[input(asynchronous, range = "[pose]")]
     goal: [f64; 7],
-    /// joint positions to start from, rad or m
+    /// joint positions at which the search starts, rad or m
     #[input(asynchronous, sized)]
     near: [f64; 16],
     /// minimum position of each joint
@@ -39,7 +40,7 @@ pub struct InverseKinematics {
     /// distance of the tool from the goal
     #[output(unit = "m")]
     position_error: f64,
-    /// angle of the tool from that pose
+    /// angle of the tool from the goal
     #[output(unit = "rad")]
     angle_error: f64,
     /// the arm
@@ -57,10 +58,10 @@ pub struct InverseKinematics {
     /// number of starting positions to try, `near` first
     #[param(default = 1, range = "[1, 1000]")]
     attempts: u32,
-    /// the goal is out of reach; the value is the distance from it, m
+    /// the goal is out of reach; the value is the distance of the tool from it, m
     #[condition]
     unreachable: ConditionOf<f64>,
-    /// the range of a joint prevents it; the value is its index, from 0
+    /// the range of a joint prevents reaching the goal; the value is the index of the joint, from 0
     #[condition]
     limit: ConditionOf<i32>,
     /// the minimum singular value is below the preset; the value is that singular value

@@ -5,10 +5,10 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Geometric Jacobian: (v, ω) = J(q) q', the tool's velocity for joint velocities q'.
 ///
-/// Row i of `jacobian` is column i of J: the tool's linear velocity x y z and angular velocity x y z, in the frame of the poses, for a
-/// speed of 1 of joint i; so `twist = jacobian.T @ velocity` and `effort = jacobian @ wrench`. `least` is the minimum singular value of J
-/// (m and rad mixed), 0 in a singularity. Source: Lynch and Park, *Modern Robotics*, 2017, section 5.1. Faults: 1 the chain is not one
-/// for n joints; 2 a joint position is not finite.
+/// Row i of `jacobian` is column i of J: the tool's linear velocity x y z and angular velocity x y z, in the frame of the poses, for unit
+/// speed of joint i; so `twist = jacobian.T @ velocity` and `effort = jacobian @ wrench`. `least` is the minimum singular value of J (m
+/// and rad mixed), 0 at a singularity. Source: Lynch and Park, *Modern Robotics*, 2017, section 5.1. Faults: 1 the arm is not a chain of
+/// n joints; 2 a joint position is not finite.
 #[derive(FunctionBlock)]
 pub struct Jacobian {
     /// number of joints
@@ -17,7 +17,7 @@ pub struct Jacobian {
     /// joint positions, rad or m
     #[input(sized)]
     q: [f64; 16],
-    /// for each joint: the tool's linear and angular velocity per unit of the joint's speed
+    /// for each joint: the tool's linear and angular velocity for unit speed of the joint
     #[output(sized)]
     jacobian: [[f64; 6]; 16],
     /// minimum of the singular values of J that the arm can make nonzero

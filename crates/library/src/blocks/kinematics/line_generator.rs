@@ -11,13 +11,13 @@ use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step}
 
 /// Line generator: setpoint = q with forward(q) = pose(s(τ)) of a planned line or arc, τ being running time scaled by the override.
 ///
-/// The joint positions are tracked from those of the previous invocation, so the arm keeps its posture. No joint is commanded a step
-/// above its maximum speed: the pace is reduced first, and if that does not help, `singular` is reported and the set-point stays. Joints
-/// that move at the start are braked first, each on its own, and the planner plans from where they come to rest. `override` scales the
-/// speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster than the line's acceleration allows.
-/// The last set-point is exactly the planned end. Time lost because releases were skipped is not made up for; if more than `gap_max` was
-/// lost at once, the motion comes to rest and `gap` is reported. Faults: 1 the chain is not one for n joints, or the line is for others;
-/// 2 the line has no start; 3 an override is not within 0 and 1; 4 there is no line.
+/// The joint positions are tracked from those of the previous invocation, so the arm keeps its posture. No joint is commanded a step that
+/// exceeds its maximum speed: the pace is reduced first, and if that does not help, `singular` is reported and the set-point stays.
+/// Joints that move at the start are braked first, each on its own, and the planner plans from the positions where they come to rest.
+/// `override` scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster than the line's
+/// acceleration allows. The last set-point is exactly the planned end. Time lost because releases were skipped is not made up for; if a
+/// single loss exceeds `gap_max`, the motion comes to rest and `gap` is reported. Faults: 1 the arm is not a chain of n joints, or the
+/// line is for another number of joints; 2 the start of the line is invalid; 3 an override is not within 0 and 1; 4 there is no line.
 #[derive(FunctionBlock)]
 pub struct LineGenerator {
     /// number of joints
@@ -26,22 +26,22 @@ pub struct LineGenerator {
     /// the planned line or arc
     #[input(asynchronous)]
     line: Line,
-    /// present commanded positions of the joints, rad or m
+    /// current commanded positions of the joints, rad or m
     #[input(asynchronous, default = [0.0; 16], sized, range = "[-inf, inf)")]
     start: [f64; 16],
-    /// speed at which the servos move the joints now
+    /// current speed at which the servos move the joints
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
-    /// speed of the last set-points, whichever motion stored them
+    /// speed of the last set-points, whichever motion generated them
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
     /// acceleration of the last set-points
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
-    /// time at which they were stored, ns of the system clock
+    /// time at which the last set-points were stored, ns of the system clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
-    /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
+    /// braking by the servos themselves because set-points did not arrive in time: see `joint_servo`
     #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
     braking: [[f64; 4]; 16],
     /// permitted fraction of the speed, 0 to 1; the minimum over the joints applies to all
@@ -53,7 +53,7 @@ pub struct LineGenerator {
     /// true: come to rest and wait
     #[input(asynchronous, default = false)]
     holding: bool,
-    /// maximum time that may be lost at once; if more is lost, the motion comes to rest
+    /// maximum single loss of time; if it is exceeded, the motion comes to rest
     #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
     gap_max: [f64; 16],
     /// maximum speed of each joint
@@ -68,16 +68,16 @@ pub struct LineGenerator {
     /// commanded positions of the joints, rad or m
     #[output(sized)]
     setpoint: [f64; 16],
-    /// commanded speed at that position, rad/s or m/s
+    /// commanded speed at the set-point, rad/s or m/s
     #[output(sized)]
     setpoint_velocity: [f64; 16],
     /// acceleration of the set-points, rad/s^2 or m/s^2
     #[output(sized)]
     setpoint_acceleration: [f64; 16],
-    /// time at which they are stored, ns of the system clock
+    /// time at which the set-points are stored, ns of the system clock
     #[output(sized)]
     setpoint_time: [i64; 16],
-    /// maximum time lost at once
+    /// longest single loss of time so far
     #[output(unit = "s")]
     lost: f64,
     /// commanded pose of the tool: x y z in m, quaternion w x y z
@@ -101,10 +101,10 @@ pub struct LineGenerator {
     /// the motion is at rest because of `holding`
     #[condition]
     held: Condition,
-    /// the arm cannot follow the line from here; the value is the completed fraction, 0 to 1
+    /// the arm cannot follow the line from here on; the value is the completed fraction, 0 to 1
     #[condition]
     singular: ConditionOf<f64>,
-    /// the motion is at rest because more time than `gap_max` was lost at once; the value is the time lost, s
+    /// the motion is at rest because a single loss of time exceeded `gap_max`; the value is the time lost, s
     #[condition]
     gap: ConditionOf<f64>,
     /// progress of the motion
@@ -156,12 +156,12 @@ struct DrawnLine<'a> {
 }
 
 impl DrawnLine<'_> {
-    /// Returns `None` if the start of the line has no unit quaternion.
+    /// Returns `None` if the quaternion of the line's start is not a unit quaternion.
     fn of(line: &Line) -> Option<DrawnLine<'_>> {
         Some(DrawnLine { line, start: Pose::of(&line.course.start)? })
     }
 
-    /// Returns s and its rate.
+    /// Returns s and its rate at a time.
     fn along(&self, time_s: f64) -> (f64, f64) {
         let (mut s, mut rate) = ([0.0], [0.0]);
         evaluate(&self.line.profile, time_s, &mut s, &mut rate);
@@ -231,7 +231,8 @@ pub(crate) mod tests {
         }
     }
 
-    /// Runs a line to its end, checking that the tool is on it and that no joint is too fast. Returns the poses of the tool.
+    /// Runs a line to its end, checking that the tool is on it and that no joint exceeds its maximum speed. Returns the poses of the
+    /// tool.
     fn run(line: Line, mut change: impl FnMut(i64, &mut LineGenerator)) -> Vec<Pose> {
         let chain = six_joints();
         let arm = chain.read(6).expect("a chain");
@@ -261,7 +262,7 @@ pub(crate) mod tests {
         panic!("it does not end");
     }
 
-    /// Runs a line like `run`, with overrides and holds at random.
+    /// Runs a line like `run`, with random overrides and holds.
     pub(crate) fn disturbed(line: Line, number: &mut impl FnMut(f64, f64) -> f64) -> Vec<Pose> {
         run(line, |k, block| {
             if k % 9 == 0 {

@@ -6,9 +6,9 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Payload effort: effort = -J_c(q)ᵀ m g, the joint efforts that hold a mass m with its centre at c in the flange frame.
 ///
-/// Only the weight is compensated: its inertia is left to the servo. The mass is added and removed at `rate`, so that the efforts do not
-/// jump. Source: Lynch and Park, *Modern Robotics*, 2017, section 5.2 (statics). Faults: 1 the chain is not one for n joints; 2 a joint
-/// position, the centre or gravity is not finite; 3 the mass is negative or the rate is not above 0.
+/// Only the weight of the mass is compensated; its inertia is left to the servo. The mass is added and removed at `rate`, so that the
+/// efforts do not jump. Source: Lynch and Park, *Modern Robotics*, 2017, section 5.2 (statics). Faults: 1 the arm is not a chain of n
+/// joints; 2 a joint position, the centre or gravity is not finite; 3 the mass is negative or the rate is not above 0.
 #[derive(FunctionBlock)]
 pub struct PayloadEffort {
     /// number of joints
@@ -20,7 +20,7 @@ pub struct PayloadEffort {
     /// efforts that hold the payload, N.m or N
     #[output(sized)]
     effort: [f64; 16],
-    /// mass compensated at present
+    /// currently compensated mass
     #[output(unit = "kg")]
     held: f64,
     /// the arm

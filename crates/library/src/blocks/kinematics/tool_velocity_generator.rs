@@ -9,7 +9,7 @@ use crate::span::Span;
 use crate::takeover::{Brake, Tail};
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
-/// Jerk of the tool for an acceleration of 1: the acceleration is reached in a tenth of a second.
+/// Jerk of the tool for unit acceleration: the acceleration is reached in a tenth of a second.
 const JERK: f64 = 10.0;
 /// Angular acceleration of the tool, rad/s², for a linear acceleration of 1 m/s².
 const ANGULAR: f64 = 5.0;
@@ -18,35 +18,35 @@ const SINGULAR: i32 = -1;
 
 /// Tool velocity generator: setpoint = q with forward(q) = start + ∫ velocity, straight along the axes of the base or of the tool.
 ///
-/// The tool moves at `velocity` and `angular_velocity` from the present commanded positions, within `acceleration`, and comes to rest
+/// The tool moves at `velocity` and `angular_velocity` from the current commanded positions, within `acceleration`, and comes to rest
 /// after `distance`, when both velocities are 0, when it is held, or when it cannot continue. A change of direction takes effect at rest.
-/// Each set-point is accepted only if the stop that follows it keeps every joint within its range, speed, acceleration and jerk, so the
-/// tool slows down by itself near singularities and the ends of ranges, and comes to rest on its line: `blocked`. Joints that move at the
-/// start are braked first. Lost time is not made up for; if more than `gap_max` was lost at once, the tool comes to rest and `gap` is
-/// reported. A speed from which stopping takes more than 31 intervals is lowered. Each invocation computes up to 32 solutions of the
-/// inverse kinematics, each some 10 µs. Faults: 1 the chain is not one for n joints; 2 a start or velocity is not finite; 3 a limit is
+/// Each set-point is accepted only if a stop from there keeps every joint within its range, speed, acceleration and jerk. The tool
+/// therefore slows down by itself near singularities and the ends of ranges, and comes to rest on its line: `blocked`. Joints that move
+/// at the start are braked first. Lost time is not made up for; if a single loss exceeds `gap_max`, the tool comes to rest and `gap` is
+/// reported. A speed from which stopping takes more than 31 intervals is reduced. Each invocation computes up to 32 solutions of the
+/// inverse kinematics, about 10 µs each. Faults: 1 the arm is not a chain of n joints; 2 a start or velocity is not finite; 3 a limit is
 /// not above 0, or an override not within 0 and 1.
 #[derive(FunctionBlock)]
 pub struct ToolVelocityGenerator {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// present commanded positions of the joints, rad or m
+    /// current commanded positions of the joints, rad or m
     #[input(asynchronous, sized)]
     start: [f64; 16],
-    /// speed at which the servos move the joints now
+    /// current speed at which the servos move the joints
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
-    /// speed of the last set-points, whichever motion stored them
+    /// speed of the last set-points, whichever motion generated them
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
     /// acceleration of the last set-points
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
-    /// time at which they were stored, ns of the system clock
+    /// time at which the last set-points were stored, ns of the system clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
-    /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
+    /// braking by the servos themselves because set-points did not arrive in time: see `joint_servo`
     #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
     braking: [[f64; 4]; 16],
     /// requested velocity of the tool along x, y, z
@@ -58,10 +58,10 @@ pub struct ToolVelocityGenerator {
     /// true: the axes are those of the tool at the start; false: those of the arm's base
     #[input(asynchronous, default = false)]
     in_tool: bool,
-    /// distance to move, m, or rad if the tool only turns; 0: no end
+    /// distance to move, m, or rad if the tool only rotates; 0: no end
     #[input(asynchronous, default = 0.0, range = "[0, inf)")]
     distance: f64,
-    /// maximum acceleration of the tool, m/s²; its angular acceleration may be five times that in rad/s²
+    /// maximum acceleration of the tool, m/s²; its maximum angular acceleration is five times this number, in rad/s²
     #[input(asynchronous, default = 0.5, unit = "m/s^2", range = "(0, 1000]")]
     acceleration: f64,
     /// permitted fraction of the velocity, 0 to 1; the minimum over the joints applies to all
@@ -73,7 +73,7 @@ pub struct ToolVelocityGenerator {
     /// true: bring the motion to rest and keep it there
     #[input(asynchronous, default = false)]
     holding: bool,
-    /// maximum time that may be lost at once; if more is lost, the tool comes to rest
+    /// maximum single loss of time; if it is exceeded, the tool comes to rest
     #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
     gap_max: [f64; 16],
     /// maximum speed of each joint
@@ -94,13 +94,13 @@ pub struct ToolVelocityGenerator {
     /// commanded positions of the joints, rad or m
     #[output(sized)]
     setpoint: [f64; 16],
-    /// commanded speed at that position, rad/s or m/s
+    /// commanded speed at the set-point, rad/s or m/s
     #[output(sized)]
     setpoint_velocity: [f64; 16],
     /// acceleration of the set-points, rad/s^2 or m/s^2
     #[output(sized)]
     setpoint_acceleration: [f64; 16],
-    /// time at which they are stored, ns of the system clock
+    /// time at which the set-points are stored, ns of the system clock
     #[output(sized)]
     setpoint_time: [i64; 16],
     /// time between two set-points: the interval of this block
@@ -116,10 +116,10 @@ pub struct ToolVelocityGenerator {
     #[condition]
     held: Condition,
     /// the tool is at rest although motion is requested; the value is the joint at the end of its range, from 0, or -1 near a singularity
-    /// or at the end of the reach
+    /// or at the limit of the reach
     #[condition]
     blocked: ConditionOf<i32>,
-    /// the joints are at rest because more time than `gap_max` was lost at once; the value is the time lost, s
+    /// the joints are at rest because a single loss of time exceeded `gap_max`; the value is the time lost, s
     #[condition]
     gap: ConditionOf<f64>,
     /// progress of the motion
@@ -135,7 +135,7 @@ struct Progress {
     tail: Tail,
     span: Span,
     has_begun: bool,
-    /// The tool comes to rest because time was lost.
+    /// True if the tool is coming to rest because time was lost.
     is_lost: bool,
     lost_s: f64,
 }
@@ -186,7 +186,7 @@ impl Step for ToolVelocityGenerator {
 }
 
 impl ToolVelocityGenerator {
-    /// Returns the limits of each joint; `None` if any is not positive, including the tool's acceleration and the distance.
+    /// Returns the limits of each joint; `None` if any of them, the tool's acceleration or the distance is not positive.
     fn limits(&self) -> Option<[Limits; JOINTS_MAX]> {
         let n = self.n as usize;
         let joints = std::array::from_fn(|i| Limits { speed: self.speed_max[i], acceleration: self.acceleration_max[i], jerk: self.jerk_max[i] });

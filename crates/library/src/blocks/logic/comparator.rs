@@ -8,8 +8,8 @@ const NOT_FINITE: u32 = 2;
 
 /// Comparator: above = true at u > reference + hysteresis, false at u < reference - hysteresis, and unchanged between them.
 ///
-/// An unchanged output suppresses chatter from noise; it starts false. Reports each crossing. Range: hysteresis from 0. Faults: 1 the
-/// hysteresis is negative or NaN; 2 an input is not finite.
+/// The hysteresis suppresses chatter caused by noise; the output starts false. Reports each crossing. Range: hysteresis from 0. Faults: 1
+/// the hysteresis is negative or NaN; 2 an input is not finite.
 #[derive(FunctionBlock)]
 pub struct Comparator {
     /// input
@@ -18,16 +18,16 @@ pub struct Comparator {
     /// value to compare with
     #[input(asynchronous, default = 0.0, range = "[-inf, inf)")]
     reference: f64,
-    /// true if the input is above
+    /// true if the input is above the reference
     #[output]
     above: bool,
     /// half-width of the band in which the output does not change
     #[param(default = 0.0, range = "[0, inf)")]
     hysteresis: f64,
-    /// the input has risen above
+    /// the input has risen above the band
     #[condition]
     rose: Condition,
-    /// the input has fallen below
+    /// the input has fallen below the band
     #[condition]
     fell: Condition,
 }

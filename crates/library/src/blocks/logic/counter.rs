@@ -3,15 +3,15 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
 /// Counter: value += 1 at a rising edge of up, -= 1 at one of down; full = value >= preset, empty = value <= 0.
 ///
-/// Counts up (CTU), down (CTD) or both (CTUD): leave unused inputs unbound. reset sets the value to 0 and takes precedence over load,
-/// which sets it to the preset; simultaneous edges cancel. Source: IEC 61131-3, CTU, CTD, CTUD. Range: it saturates at the ends of 32
-/// bits.
+/// Counts up (CTU), down (CTD) or both (CTUD); leave unused inputs unbound. reset sets the value to 0 and takes precedence over load,
+/// which sets it to the preset; simultaneous edges cancel. Source: IEC 61131-3, CTU, CTD, CTUD. Range: the value saturates at the limits
+/// of 32 bits.
 #[derive(FunctionBlock)]
 pub struct Counter {
-    /// counts up (CU)
+    /// counts up at a rising edge (CU)
     #[input(default = false)]
     up: bool,
-    /// counts down (CD)
+    /// counts down at a rising edge (CD)
     #[input(default = false)]
     down: bool,
     /// sets the value to 0 (R)
@@ -29,7 +29,7 @@ pub struct Counter {
     /// true if the value has reached 0 (QD)
     #[output]
     empty: bool,
-    /// count at which it is full (PV)
+    /// count at which `full` becomes true (PV)
     #[param(default = 10, range = "[-inf, inf)")]
     preset: i32,
     /// the value has reached the preset

@@ -3,8 +3,8 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
 /// Falling edge: y = not u and u_before.
 ///
-/// True, and reported, for the one invocation in which the input changes from true to false; the input counts as false before the first
-/// invocation. Source: IEC 61131-3, F_TRIG.
+/// True, and reported, for the single invocation in which the input changes from true to false; the input counts as false before the
+/// first invocation. Source: IEC 61131-3, F_TRIG.
 #[derive(FunctionBlock)]
 pub struct FallingEdge {
     /// input

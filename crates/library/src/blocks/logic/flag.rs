@@ -3,13 +3,13 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Flag: y = value, for a command list that sets a `bool` by executing it, for example the input `holding` of a generator.
 ///
-/// The output is false after each start, until the block is executed.
+/// The output is false after each start, until the block is first executed.
 #[derive(FunctionBlock)]
 pub struct Flag {
     /// the flag
     #[output(asynchronous)]
     y: bool,
-    /// value to set it to
+    /// value to which the flag is set
     #[param(default = true)]
     value: bool,
 }

@@ -3,7 +3,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Flip-flop, reset first: q = not reset and (set or q).
 ///
-/// A memory of one bit; if both inputs are true, reset wins. It starts false. Source: IEC 61131-3, RS.
+/// A one-bit memory; if both inputs are true, reset wins. It starts false. Source: IEC 61131-3, RS.
 #[derive(FunctionBlock)]
 pub struct FlipFlopRs {
     /// sets q to true
@@ -12,7 +12,7 @@ pub struct FlipFlopRs {
     /// sets q to false
     #[input]
     reset: bool,
-    /// value that was set last
+    /// stored value
     #[output]
     q: bool,
 }

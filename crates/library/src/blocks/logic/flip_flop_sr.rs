@@ -3,7 +3,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Flip-flop, set first: q = set or (q and not reset).
 ///
-/// A memory of one bit; if both inputs are true, set wins. It starts false. Source: IEC 61131-3, SR.
+/// A one-bit memory; if both inputs are true, set wins. It starts false. Source: IEC 61131-3, SR.
 #[derive(FunctionBlock)]
 pub struct FlipFlopSr {
     /// sets q to true
@@ -12,7 +12,7 @@ pub struct FlipFlopSr {
     /// sets q to false
     #[input]
     reset: bool,
-    /// value that was set last
+    /// stored value
     #[output]
     q: bool,
 }

@@ -3,7 +3,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Logical and: y = u_1 and ... and u_n.
 ///
-/// True if every input is.
+/// True if every input is true.
 #[derive(FunctionBlock)]
 pub struct LogicAnd {
     /// number of inputs

@@ -3,7 +3,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Logical or: y = u_1 or ... or u_n.
 ///
-/// True if any input is.
+/// True if any input is true.
 #[derive(FunctionBlock)]
 pub struct LogicOr {
     /// number of inputs

@@ -3,7 +3,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Exclusive or: y = u_1 xor ... xor u_n.
 ///
-/// True if an odd number of inputs is.
+/// True if an odd number of inputs is true.
 #[derive(FunctionBlock)]
 pub struct LogicXor {
     /// number of inputs

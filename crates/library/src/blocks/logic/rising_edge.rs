@@ -3,8 +3,8 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
 /// Rising edge: y = u and not u_before.
 ///
-/// True, and reported, for the one invocation in which the input changes from false to true; the input counts as false before the first
-/// invocation. Source: IEC 61131-3, R_TRIG.
+/// True, and reported, for the single invocation in which the input changes from false to true; the input counts as false before the
+/// first invocation. Source: IEC 61131-3, R_TRIG.
 #[derive(FunctionBlock)]
 pub struct RisingEdge {
     /// input

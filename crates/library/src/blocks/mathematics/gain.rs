@@ -10,7 +10,7 @@ pub struct Gain {
     /// k times the input
     #[output(unit = "=k.u")]
     y: f64,
-    /// factor
+    /// gain
     #[param(default = 1.0, range = "[-inf, inf)")]
     k: f64,
 }

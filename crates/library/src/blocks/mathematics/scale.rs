@@ -6,8 +6,8 @@ const EMPTY_RANGE: u32 = 1;
 
 /// Scale: y = to_low + (u - from_low) (to_high - to_low) / (from_high - from_low), a straight line through two points.
 ///
-/// Converts the counts of a converter to engineering units, or 4 to 20 mA to a pressure. The output is not limited: see `limit`. Range:
-/// from_low and from_high differ. Faults: 1 from_low and from_high are equal.
+/// Converts the counts of an A/D converter to engineering units, or 4 to 20 mA to a pressure. The output is not limited: see `limit`.
+/// Range: from_low and from_high differ. Faults: 1 from_low and from_high are equal.
 #[derive(FunctionBlock)]
 pub struct Scale {
     /// input

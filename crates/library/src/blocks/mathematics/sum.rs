@@ -13,7 +13,7 @@ pub struct Sum {
     /// weighted sum of the inputs
     #[output(unit = "=w.u")]
     y: f64,
-    /// weights: 1 adds, -1 subtracts
+    /// weights: 1 to add, -1 to subtract
     #[param(default = [1.0; 16], sized, range = "[-inf, inf)")]
     w: [f64; 16],
 }

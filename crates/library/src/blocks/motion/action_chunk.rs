@@ -5,20 +5,20 @@ use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 const NOT_POSITIVE: u32 = 1;
 /// A chunk was observed in the future.
 const FUTURE: u32 = 2;
-/// Maximum number of actions of a chunk.
+/// Maximum number of actions in a chunk.
 const ACTIONS_MAX: usize = 64;
 
 /// Player of action chunks: y = p(t - observed) + c(t), one coordinate of a policy that outputs n positions at a time.
 ///
-/// p is the cubic spline (Catmull and Rom) through the chunk's actions, one per `interval` from the time `observed` at which the policy
-/// saw the world, so that the inference time is skipped; it ends at rest in the last action. When `number` changes, the next chunk is
-/// played: c is the cubic that takes the difference of position and velocity at that instant to 0 within `blend`; restarted with each of
-/// many chunks it acts as a damped spring. Position and velocity are continuous, however long inference takes and however often chunks
-/// arrive. Until the first one y is `present` as it was at the start. Range: interval and blend above 0. Faults: 1 one of them is not; 2
-/// `observed` lies in the future.
+/// p is the cubic spline (Catmull and Rom) through the chunk's actions, one per `interval` from `observed`, the time of the policy's
+/// observation, so that the inference time is skipped; it ends at rest at the last action. When `number` changes, the next chunk is
+/// played: c is the cubic that reduces the difference of position and velocity at that instant to 0 within `blend`; if it is restarted
+/// with each of many chunks, it acts as a damped spring. Position and velocity are continuous, however long inference takes and however
+/// often chunks arrive. Until the first chunk, y is the value of `present` at the start. Range: interval and blend above 0. Faults: 1 the
+/// interval or the blend is not above 0; 2 `observed` lies in the future.
 #[derive(FunctionBlock)]
 pub struct ActionChunk {
-    /// actions of a chunk
+    /// number of actions in a chunk
     #[size(2, 64)]
     n: u32,
     /// positions of the chunk
@@ -33,10 +33,10 @@ pub struct ActionChunk {
     /// position at the start
     #[input(asynchronous, unit = "=actions")]
     present: f64,
-    /// position
+    /// output position
     #[output(unit = "=actions")]
     y: f64,
-    /// its derivative, per second
+    /// derivative of the position, per second
     #[output]
     velocity: f64,
     /// time between two actions
@@ -45,13 +45,13 @@ pub struct ActionChunk {
     /// time in which the difference from a new chunk is reduced to 0
     #[param(default = 0.1, unit = "s", range = "[0, inf)")]
     blend: f64,
-    /// the chunk ended longer ago than the preset; the value is the time since, in s
+    /// the chunk ended longer ago than the preset; the value is the time since its end, in s
     #[condition(preset = 0.1, unit = "s", range = "[0, inf)")]
     stale: ConditionOf<f64>,
     /// chunk being played
     #[state(opaque)]
     played: Chunk,
-    /// correction since the start of the chunk
+    /// correction that began at the start of the chunk
     #[state(opaque)]
     correction: Correction,
 }
@@ -111,7 +111,7 @@ impl Step for ActionChunk {
 }
 
 impl ActionChunk {
-    /// Returns the position and velocity at a time.
+    /// Returns the output position and velocity at a time.
     fn at(&self, now_ns: i64, n: usize) -> (f64, f64) {
         let (p, dp) = self.played.at(seconds(now_ns - self.played.observed_ns), self.interval, n);
         let (c, dc) = self.correction.at(seconds(now_ns - self.correction.since_ns), self.blend);
@@ -120,7 +120,7 @@ impl ActionChunk {
 }
 
 impl Chunk {
-    /// Returns the spline and its derivative at `t` after its first action.
+    /// Returns the spline and its derivative at time `t` after the chunk's first action.
     fn at(&self, t: f64, interval: f64, n: usize) -> (f64, f64) {
         let place = (t / interval).max(0.0);
         if place >= (n - 1) as f64 {

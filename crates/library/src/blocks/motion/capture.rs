@@ -3,7 +3,7 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
 /// Capture: captured = u at the invocation in which `level` becomes true; reports `on` and `off` when the level changes.
 ///
-/// The initial level counts as a change to it, so that a search that begins on its switch is notified at once.
+/// The initial level counts as a change to it, so that a search that begins on its switch receives the condition immediately.
 #[derive(FunctionBlock)]
 pub struct Capture {
     /// number of values

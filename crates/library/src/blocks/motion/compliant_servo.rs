@@ -8,8 +8,8 @@ const BAD_PARAMETER: u32 = 1;
 /// below 0.
 ///
 /// For a compliant finger or joint: an object in contact feels a spring of stiffness k, and never more than `force_max`, however far away
-/// the set-point is. `force_max` is an input, so that a verb may close gently and then grip. The idea is from Hogan, Impedance Control,
-/// 1985.
+/// the set-point is. `force_max` is an input, so that a verb can close gently and then grip. The concept is from Hogan, Impedance
+/// Control, 1985.
 #[derive(FunctionBlock)]
 pub struct CompliantServo {
     /// commanded position

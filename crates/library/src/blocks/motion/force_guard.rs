@@ -4,7 +4,7 @@ use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 /// The force is not a finite vector.
 const NOT_FINITE: u32 = 1;
 
-/// Force guard: reports the magnitude |force| if it is above the preset of `above`; fault 1 if the force is not finite.
+/// Force guard: reports the magnitude |force| if it exceeds the preset of `above`; fault 1 if the force is not finite.
 #[derive(FunctionBlock)]
 pub struct ForceGuard {
     /// monitored force
@@ -13,7 +13,7 @@ pub struct ForceGuard {
     /// |force|
     #[output(unit = "N")]
     magnitude: f64,
-    /// |force| is above the preset; the value is |force|
+    /// |force| exceeds the preset; the value is |force|
     #[condition(preset = 50.0, unit = "N", range = "[0, inf)")]
     above: ConditionOf<f64>,
 }

@@ -11,41 +11,41 @@ const NOT_FINITE: u32 = 1;
 /// The speed or acceleration is not above 0.
 const BAD_LIMIT: u32 = 2;
 
-/// Relative tolerance when a requested speed is compared with the limit.
+/// Relative tolerance for the comparison of a requested speed with the limit.
 const ROUNDING: f64 = 1e-9;
-/// Invocations until the reaction to `at_limit` slows the slave down.
+/// Number of invocations until the reaction to `at_limit` slows the slave down.
 const REACTION: f64 = 2.0;
 
-/// Gear: setpoint' = ratio × master', once the slave has reached that speed within its maximum acceleration.
+/// Gear: set-point' = ratio × master', once the slave has reached that speed within its maximum acceleration.
 ///
-/// The start may be moving. From the invocation that reports `in_gear`, each step of the slave is the ratio times the step of the master,
-/// so the relation of their positions is kept; if the slave would have to change its speed by more than `acceleration` allows, it falls
-/// out of gear, and engages again by the same rule (a gear couples speeds, not positions). During engagement its acceleration changes by
-/// `jerk`; in gear it is the master's. If time was lost because releases were skipped, the slave keeps its speed for one cycle; if more
-/// than `gap_max` was lost at once, it comes to rest and `gap` is reported. `too_fast` is reported if the slave moves at `speed` and
-/// would have to be faster; `at_limit` if it has just enough room to stop before the end of its range, within `deceleration` and `jerk`.
-/// Faults: 1 a number is not finite; 2 a limit is not above 0.
+/// The slave may be moving at the start. From the invocation that reports `in_gear`, each step of the slave is the ratio times the step
+/// of the master, so the relation of their positions is kept. If the slave would have to change its speed by more than `acceleration`
+/// allows, it falls out of gear, and engages again by the same rule (a gear couples speeds, not positions). During engagement, the
+/// slave's acceleration changes at the rate `jerk`; in gear, its acceleration follows the master's. If time was lost because releases
+/// were skipped, the slave keeps its speed for one cycle; if a single loss exceeds `gap_max`, it comes to rest and `gap` is reported.
+/// `too_fast` is reported if the slave moves at `speed` and would have to be faster; `at_limit` if the distance to the end of its range
+/// is just enough to stop, within `deceleration` and `jerk`. Faults: 1 a number is not finite; 2 a limit is not above 0.
 #[derive(FunctionBlock)]
 pub struct GearGenerator {
     /// position of the master
     #[input(asynchronous, unit = "rad|m")]
     master: f64,
-    /// present commanded position of the slave
+    /// current commanded position of the slave
     #[input(asynchronous, unit = "rad|m")]
     start: f64,
-    /// speed at which its servo moves the slave now
+    /// current speed at which the slave's servo moves it
     #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: f64,
-    /// speed of its last set-points, whichever motion stored them
+    /// speed of the slave's last set-points, whichever motion generated them
     #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: f64,
     /// acceleration of the last set-points
     #[input(asynchronous, default = 0.0, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: f64,
-    /// time at which they were stored, ns of the system clock
+    /// time at which the last set-points were stored, ns of the system clock
     #[input(asynchronous, default = i64::MIN, range = "[-inf, inf)")]
     last_time: i64,
-    /// braking of its servo on its own because set-points did not arrive in time: see `joint_servo`
+    /// braking by the slave's servo itself because set-points did not arrive in time: see `joint_servo`
     #[input(asynchronous, default = [0.0; 4], range = "[-inf, inf)")]
     braking: [f64; 4],
     /// step of the slave per step of the master; negative: opposite direction
@@ -69,13 +69,13 @@ pub struct GearGenerator {
     /// maximum position of the slave
     #[input(asynchronous, default = [1e6; 1], unit = "rad|m", range = "[-inf, inf)")]
     position_max: [f64; 1],
-    /// maximum time that may be lost at once; if more is lost, the slave comes to rest
+    /// maximum single loss of time; if it is exceeded, the slave comes to rest
     #[input(asynchronous, default = [0.5; 1], unit = "s", range = "(0, inf)")]
     gap_max: [f64; 1],
     /// commanded position of the slave
     #[output(unit = "rad|m")]
     setpoint: f64,
-    /// commanded speed at that position
+    /// commanded speed at the set-point
     #[output(unit = "rad/s|m/s")]
     velocity: f64,
     /// speed of the set-point at the end of the cycle
@@ -84,10 +84,10 @@ pub struct GearGenerator {
     /// acceleration of the set-point
     #[output(unit = "rad/s^2|m/s^2")]
     setpoint_acceleration: f64,
-    /// time at which it is stored, ns of the system clock
+    /// time at which the set-point is stored, ns of the system clock
     #[output]
     setpoint_time: i64,
-    /// maximum time lost at once
+    /// longest single loss of time so far
     #[output(unit = "s")]
     lost: f64,
     /// true if the slave follows the ratio
@@ -99,13 +99,13 @@ pub struct GearGenerator {
     /// the slave follows the ratio
     #[condition]
     in_gear: Condition,
-    /// the slave moves towards the end of its range, and has just enough room to stop
+    /// the slave moves towards the end of its range, and the distance to it is just enough to stop
     #[condition]
     at_limit: Condition,
     /// the slave moves at its maximum speed, and would have to be faster
     #[condition]
     too_fast: Condition,
-    /// the slave is at rest because more time than `gap_max` was lost at once; the value is the time lost, s
+    /// the slave is at rest because a single loss of time exceeded `gap_max`; the value is the time lost, s
     #[condition]
     gap: ConditionOf<f64>,
     /// position of the master in the previous invocation
@@ -114,7 +114,7 @@ pub struct GearGenerator {
     /// state of the motion of the slave
     #[state(opaque)]
     state: State,
-    /// last steps of the slave
+    /// most recent steps of the slave
     #[state(opaque)]
     steps: Steps,
     /// time of the previous invocation
@@ -122,15 +122,15 @@ pub struct GearGenerator {
     span: Span,
 }
 
-/// Mean speed of the slave over the last cycle, its change, and the number of cycles on which they are based; also the speed requested by
-/// the master.
+/// Mean speed of the slave over the last cycle, its change, the number of cycles on which they are based, and the speed requested by the
+/// master.
 #[derive(Clone, Copy, Debug, Default)]
 struct Steps {
     mean: f64,
     change: f64,
     count: u32,
     wanted: f64,
-    /// The slave comes to rest because time was lost.
+    /// True if the slave is coming to rest because time was lost.
     is_lost: bool,
 }
 
@@ -169,7 +169,7 @@ impl Step for GearGenerator {
 }
 
 impl GearGenerator {
-    /// Advances by one cycle. If `unknown`, the speed of the master is not known, and the slave keeps its own.
+    /// Advances by one cycle. With `unknown`, the speed of the master is not known, so the slave keeps its own speed.
     fn follow(&mut self, span_s: f64, unknown: bool) {
         let wanted = if unknown { self.state.velocity } else { self.ratio * (self.master - self.before) / span_s };
         self.before = self.master;
@@ -206,8 +206,8 @@ impl GearGenerator {
         }
     }
 
-    /// Returns true if the slave can move at `wanted` from this cycle on: within its acceleration, and, if it is not in gear, also within
-    /// its jerk.
+    /// Returns true if the slave can move at `wanted` from this cycle on: within its acceleration and, if it is not in gear, within its
+    /// jerk.
     fn can_follow(&self, wanted: f64, span_s: f64) -> bool {
         let change = (wanted - self.steps.mean) / span_s;
         if change.abs() > self.acceleration * (1.0 + ROUNDING) {
@@ -219,8 +219,8 @@ impl GearGenerator {
         self.engaged || self.steps.count >= 2 && fits(self.steps.change) && fits(masters)
     }
 
-    /// Returns true if the distance to the end of its range is at most its stopping distance, including the distance moved until braking
-    /// begins.
+    /// Returns true if the distance from the slave to the end of its range is at most its stopping distance, including the distance moved
+    /// until braking begins.
     fn is_near_the_end(&self, span_s: f64) -> bool {
         let ([deceleration], [jerk], speed) = (self.deceleration, self.jerk, self.velocity.abs());
         let left = if self.velocity > 0.0 { self.position_max[0] - self.setpoint } else { self.setpoint - self.position_min[0] };

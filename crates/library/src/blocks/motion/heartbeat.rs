@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
-/// Number of beats of one client, after which its numbers repeat.
+/// Number of beat values per client, after which they repeat.
 const BEATS: i64 = 1 << 20;
 
 /// Heartbeat: lost = (time since `beat` changed) > limit, reported as `late` from the first invocation at which it is.
 ///
-/// The client that holds the button writes a new number into `beat` periodically. If several clients write to the same `beat`, each has
-/// a number of its own, `client`, and writes numbers from client · 2^20 to client · 2^20 + 2^20 − 1: those of others do not count. The
-/// heartbeat counts as alive at the start, and again after the next change. Time is that of the clock: it also passes while the verb is
-/// suspended.
+/// The client that holds the button periodically writes a new number to `beat`. If several clients write to the same `beat`, each has its
+/// own number, `client`, and writes numbers from client · 2^20 to client · 2^20 + 2^20 − 1, so that the numbers of others do not count.
+/// The heartbeat counts as alive at the start, and again after the next change. Time is that of the clock, which also elapses while the
+/// verb is suspended.
 #[derive(FunctionBlock)]
 pub struct Heartbeat {
     /// number that changes with each beat

@@ -4,14 +4,14 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 /// In position: reports `done` when error = max |goal_i - sensed_i| <= tolerance in `dwell` consecutive invocations, and `complete` is
 /// true.
 ///
-/// Bind `complete` to the output of that name of the setpoint generator: `done` is then never reported before the generator has stored
-/// its last setpoint. Left unbound, only the dwell prevents a slow final phase of a motion from being taken for its end.
+/// Bind `complete` to the output of that name of the set-point generator: `done` is then never reported before the generator has stored
+/// its last set-point. If it is left unbound, only the dwell prevents a slow final phase of a motion from being taken for its end.
 #[derive(FunctionBlock)]
 pub struct InPosition {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// positions
+    /// measured positions
     #[input(asynchronous, sized, unit = "rad|m")]
     sensed: [f64; 16],
     /// commanded positions of the joints
@@ -32,7 +32,7 @@ pub struct InPosition {
     /// all joints are at their goals
     #[condition]
     done: Condition,
-    /// consecutive invocations in which they have been in position
+    /// number of consecutive invocations in which all joints have been in position
     #[state]
     there: u32,
 }
@@ -64,7 +64,7 @@ mod tests {
         InPosition { n: 2, sensed, goal, complete: true, error: 0.0, tolerance: 0.001, dwell: 3, done: Condition::new(), there: 0 }
     }
 
-    /// Returns the number of invocations until it reports, at most 20.
+    /// Returns the number of invocations until the block reports, at most 20.
     fn invocations(mut block: InPosition, mut before: impl FnMut(u64, &mut InPosition)) -> Option<u64> {
         (1..=20).find(|k| {
             before(*k, &mut block);

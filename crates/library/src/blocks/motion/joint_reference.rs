@@ -10,12 +10,12 @@ const INTERPOLATION_MAX: f64 = 1e6;
 /// Reference of a joint whose drive closes the loop: goal = q_r - offset, q_r the set-point, smoothed; fault 1: a limit below 0, an empty
 /// range.
 ///
-/// q_r is that of `joint_servo`: a new set-point is approached within `period`, the time between two of them, so that a generator at 20
-/// ms leads a drive at 2 ms without steps in position or speed, at a delay of one and a half periods. q_r stays within the range of the
-/// joint and its maximum speed, and starts at the position of the joint. If releases of its own were skipped, it continues from its last
-/// position, no faster than before and than the set-points move. A set-point with a nonzero `setpoint_velocity` that is not followed by
-/// another in time is overrun and braked within `acceleration_max` and `jerk_max`; one without a velocity is a position to hold. For a
-/// drive that takes an effort instead, use `joint_servo`.
+/// q_r is that of `joint_servo`: a new set-point is approached within `period`, the time between two set-points, so that a generator at
+/// 20 ms leads a drive at 2 ms without steps in position or speed, with a delay of one and a half periods. q_r stays within the range of
+/// the joint and its maximum speed, and starts at the position of the joint. If releases of the block itself were skipped, q_r continues
+/// from its last position, no faster than before and no faster than the set-points move. If a set-point with a nonzero
+/// `setpoint_velocity` is not followed by another in time, q_r moves past it and brakes within `acceleration_max` and `jerk_max`; a
+/// set-point without a velocity is a position to hold. For a drive that takes an effort instead, use `joint_servo`.
 #[derive(FunctionBlock)]
 pub struct JointReference {
     /// commanded position
@@ -27,7 +27,7 @@ pub struct JointReference {
     /// acceleration of the set-point
     #[input(asynchronous, default = 0.0, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     setpoint_acceleration: f64,
-    /// time at which it was stored, ns of the system clock
+    /// time at which the set-point was stored, ns of the system clock
     #[input(asynchronous, default = 0, range = "[-inf, inf)")]
     setpoint_time: i64,
     /// position q
@@ -36,32 +36,32 @@ pub struct JointReference {
     /// velocity q'
     #[input(asynchronous, default = 0.0, unit = "rad/s|m/s", range = "[-inf, inf)")]
     velocity: f64,
-    /// offset that added to the readings of the joint gives q
+    /// offset, which is added to the readings of the joint to obtain q
     #[input(asynchronous, default = 0.0, unit = "rad|m", range = "[-inf, inf)")]
     offset: f64,
-    /// true if q is known: until then the range of q_r is meaningless and not enforced
+    /// true if q is known; until then, the range of q_r is meaningless and not enforced
     #[input(asynchronous, default = true)]
     homed: bool,
-    /// goal for the drive, in its own position count
+    /// goal for the drive, in the drive's own position coordinates
     #[output(unit = "rad|m")]
     goal: f64,
     /// q_r - q
     #[output(unit = "rad|m")]
     error: f64,
-    /// q_r: present commanded position of the joint
+    /// q_r: current commanded position of the joint
     #[output(unit = "rad|m")]
     reference: f64,
-    /// q_r': present commanded speed; 0 if no set-points arrive
+    /// q_r': current commanded speed; 0 if no set-points arrive
     #[output(unit = "rad/s|m/s")]
     reference_velocity: f64,
     /// number of invocations in which the range or the maximum speed limited q_r
     #[output]
     limited: i64,
-    /// motion of q_r beyond the last set-point because no new one arrived in time: distance, speed, acceleration, and start time (ns of
-    /// the system clock); all 0 while set-points lead
+    /// motion of q_r past the last set-point because no new one arrived in time: distance, speed, acceleration, and start time (ns of the
+    /// system clock); all 0 while set-points lead
     #[output]
     braking: [f64; 4],
-    /// time lost at once because releases were skipped, shown for that length of time; 0 if none was lost
+    /// time lost in a single loss because releases were skipped, shown for that length of time; 0 if none was lost
     #[output(unit = "s")]
     lost: f64,
     /// maximum |q_r - q| in force: the preset of `following_error`
@@ -88,11 +88,11 @@ pub struct JointReference {
     /// true: the range is enforced only if the joint is homed
     #[param(default = false)]
     needs_home: bool,
-    /// |q_r - q| is above the preset; the value is q_r - q; off if the preset is 0
+    /// |q_r - q| exceeds the preset; the value is q_r - q; off if the preset is 0
     #[condition(preset = 0.0, unit = "rad|m", range = "[0, inf)")]
     following_error: ConditionOf<f64>,
-    /// more time was lost at once than the preset, s, and the joint has come to rest from its position at that time; the value is the
-    /// time lost, s; off if the preset is 0
+    /// a single loss of time exceeded the preset, s, and the joint has come to rest from its position at that time; the value is the time
+    /// lost, s; off if the preset is 0
     #[condition(preset = 0.0, unit = "s", range = "[0, inf)")]
     gap: ConditionOf<f64>,
     /// state of the reference

@@ -8,11 +8,11 @@ use opengpac::{ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 /// A limit is negative or NaN, or the range is empty.
 const BAD_LIMIT: u32 = 1;
 
-/// State kept between invocations, in one item: a block has at most 32 items.
+/// State kept between invocations, in a single item because a block has at most 32 items.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Memory {
     approach: Approach,
-    /// Swings of the effort and of the error.
+    /// Swing counters of the effort and of the error.
     swings: [Chatter; 2],
     ripple: Ripple,
     /// ki ∫(q_r - q) dt
@@ -23,13 +23,13 @@ pub struct Memory {
 /// range.
 ///
 /// q_r is the set-point, smoothed over `interpolation` invocations: the number of servo invocations between two set-points, so that a
-/// generator at 20 ms drives a servo at 1 ms without steps in position or speed, at a delay of one and a half generator periods. q_r
+/// generator at 20 ms drives a servo at 1 ms without steps in position or speed, with a delay of one and a half generator periods. q_r
 /// stays within the range of the joint and its maximum speed, whatever the set-points are: these are the last limits before the physical
-/// device. If releases of its own were skipped, it continues from its last position, no faster than before and than the set-points move.
-/// A set-point with a nonzero `setpoint_velocity` that is not followed by another in time is overrun and braked within `acceleration_max`
-/// and `jerk_max`; one without a velocity is a position to hold. `bias` is the effort that holds the arm in place (gravity, Coriolis and
-/// centrifugal force), as reported by the plant or a model of it. A change of `offset` moves the numbers, not the joint: q and the
-/// set-point must change with it.
+/// device. If releases of the block itself were skipped, q_r continues from its last position, no faster than before and no faster than
+/// the set-points move. If a set-point with a nonzero `setpoint_velocity` is not followed by another in time, q_r moves past it and
+/// brakes within `acceleration_max` and `jerk_max`; a set-point without a velocity is a position to hold. `bias` is the effort that holds
+/// the arm in place (gravity, Coriolis and centrifugal forces), as reported by the plant or a model of it. A change of `offset` moves the
+/// numbers, not the joint: q and the set-point must change with it.
 #[derive(FunctionBlock)]
 pub struct JointServo {
     /// commanded position
@@ -41,7 +41,7 @@ pub struct JointServo {
     /// acceleration of the set-point
     #[input(asynchronous, default = 0.0, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     setpoint_acceleration: f64,
-    /// time at which it was stored, ns of the system clock
+    /// time at which the set-point was stored, ns of the system clock
     #[input(asynchronous, default = 0, range = "[-inf, inf)")]
     setpoint_time: i64,
     /// position q
@@ -53,29 +53,29 @@ pub struct JointServo {
     /// effort that holds the arm
     #[input(asynchronous, default = 0.0, unit = "N.m|N", range = "[-inf, inf)")]
     bias: f64,
-    /// offset that added to the readings of the joint gives q
+    /// offset, which is added to the readings of the joint to obtain q
     #[input(asynchronous, default = 0.0, unit = "rad|m", range = "[-inf, inf)")]
     offset: f64,
-    /// true if q is known: until then the range of q_r is meaningless and not enforced
+    /// true if q is known; until then, the range of q_r is meaningless and not enforced
     #[input(asynchronous, default = true)]
     homed: bool,
-    /// effort at the joint
+    /// effort applied to the joint
     #[output(unit = "N.m|N")]
     effort: f64,
-    /// q_r: present commanded position of the joint
+    /// q_r: current commanded position of the joint
     #[output(unit = "rad|m")]
     reference: f64,
-    /// q_r': present commanded speed; 0 if no set-points arrive
+    /// q_r': current commanded speed; 0 if no set-points arrive
     #[output(unit = "rad/s|m/s")]
     reference_velocity: f64,
     /// number of invocations in which the range or the maximum speed limited q_r
     #[output]
     limited: i64,
-    /// motion of q_r beyond the last set-point because no new one arrived in time: distance, speed, acceleration, and start time (ns of
-    /// the system clock); all 0 while set-points lead
+    /// motion of q_r past the last set-point because no new one arrived in time: distance, speed, acceleration, and start time (ns of the
+    /// system clock); all 0 while set-points lead
     #[output]
     braking: [f64; 4],
-    /// time lost at once because releases were skipped, shown for that length of time; 0 if none was lost
+    /// time lost in a single loss because releases were skipped, shown for that length of time; 0 if none was lost
     #[output(unit = "s")]
     lost: f64,
     /// maximum |q_r - q| in force: the preset of `following_error`
@@ -93,7 +93,7 @@ pub struct JointServo {
     /// maximum magnitude of the effort
     #[param(default = 1e6, unit = "N.m|N", range = "[0, inf)")]
     limit: f64,
-    /// number of invocations over which a new set-point is approached; 1: at once
+    /// number of invocations over which a new set-point is approached; 1: immediately
     #[param(default = 20, range = "[0, 1000000]")]
     interpolation: u32,
     /// minimum q_r
@@ -114,19 +114,19 @@ pub struct JointServo {
     /// true: the range is enforced only if the joint is homed
     #[param(default = false)]
     needs_home: bool,
-    /// peak-to-peak ripple of q_r - q at rest that counts as `unstable`; off if 0
+    /// peak-to-peak ripple of q_r - q at rest that counts as `unstable`; 0: off
     #[param(default = 0.0, unit = "rad|m", range = "[0, inf)")]
     ripple_max: f64,
-    /// |q_r - q| is above the preset; the value is q_r - q; off if the preset is 0
+    /// |q_r - q| exceeds the preset; the value is q_r - q; off if the preset is 0
     #[condition(preset = 0.0, unit = "rad|m", range = "[0, inf)")]
     following_error: ConditionOf<f64>,
-    /// the servo is unstable: the effort swings from limit to limit, or the error swings beyond ± half the preset of `following_error`,
-    /// for ten periods in a row without being led to, or the error ripples by `ripple_max` while the reference stands still; the value is
-    /// the frequency in Hz, the preset the lowest that counts; off if the preset is 0
+    /// the servo is unstable: for ten consecutive periods not caused by the reference, the effort swings from limit to limit or the error
+    /// swings beyond ± half the preset of `following_error`, or the error ripples by `ripple_max` while the reference is at rest; the
+    /// value is the frequency in Hz, the preset the minimum frequency that counts; off if the preset is 0
     #[condition(preset = 0.0, unit = "Hz", range = "[0, inf)")]
     unstable: ConditionOf<f64>,
-    /// more time was lost at once than the preset, s, and the joint has come to rest from its position at that time; the value is the
-    /// time lost, s; off if the preset is 0
+    /// a single loss of time exceeded the preset, s, and the joint has come to rest from its position at that time; the value is the time
+    /// lost, s; off if the preset is 0
     #[condition(preset = 0.0, unit = "s", range = "[0, inf)")]
     gap: ConditionOf<f64>,
     /// state of the reference, the swings, and the integral

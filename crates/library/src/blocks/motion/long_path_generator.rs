@@ -9,8 +9,8 @@ use opengpac::{Condition, ConditionOf, FunctionBlock, InPlace, Invocation, Outco
 path_generator! {
     /// Path generator for up to 4,096 way-points: setpoint = q(τ) of a planned path, as `path_generator`.
     ///
-    /// It reads the path of a `long_path_planner` in place. During planning the set-point is `start`, so that the joints stay where they
-    /// are; `holding` then reports `held` at once. Otherwise it behaves like `path_generator`. Faults: 1 there is no path; 2 it is
+    /// It reads the path of a `long_path_planner` in place. During planning, the set-point is `start`, so that the joints do not move;
+    /// `holding` then reports `held` immediately. Otherwise it behaves like `path_generator`. Faults: 1 there is no path; 2 it was
     /// planned for another number of joints; 3 an override is not within 0 and 1.
     LongPathGenerator,
     #[input(asynchronous, in_place)]

@@ -16,34 +16,34 @@ const OUT_OF_RANGE: u32 = 3;
 /// joint.
 ///
 /// It plans at the start, and again from the current state whenever goal, speed, override or holding change, so all of them may change at
-/// any time without a jump. From rest the joints move along a straight line in joint space; from a moving start each moves on its own,
-/// and they arrive together if they can. Time is running time: it stands still while the verb is suspended. If `holding` is true or an
-/// override is 0, the joints come to rest and stay; `held` is reported as long as they do. Time lost because releases were skipped is not
-/// made up for: each invocation advances by one cycle at most. If more than `gap_max` was lost at once, the joints come to rest from
+/// any time without a jump. From rest, the joints move along a straight line in joint space; from a moving start, each joint moves on its
+/// own, and they arrive together if they can. Time is running time, which stops while the verb is suspended. If `holding` is true or an
+/// override is 0, the joints come to rest and stay there; `held` is reported as long as they do. Time lost because releases were skipped
+/// is not made up for: each invocation advances by at most one cycle. If a single loss exceeds `gap_max`, the joints come to rest from
 /// their current state, and `gap` is reported when they have. `complete` and `finished` are reported in the invocation that stores the
-/// goal, never before. If motion from rest to rest at a fixed speed is enough, `trajectory_planner` plans it in advance. Faults: 1 a
+/// goal, never before. If motion from rest to rest at a fixed speed is sufficient, `trajectory_planner` plans it in advance. Faults: 1 a
 /// start or goal is not finite; 2 a limit is not above 0 or an override not within 0 and 1; 3 a goal is outside its range.
 #[derive(FunctionBlock)]
 pub struct MotionGenerator {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// present commanded positions of the joints
+    /// current commanded positions of the joints
     #[input(asynchronous, sized, unit = "rad|m")]
     start: [f64; 16],
-    /// speed at which the servos move the joints now
+    /// current speed at which the servos move the joints
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
-    /// speed of the last set-points, whichever motion stored them
+    /// speed of the last set-points, whichever motion generated them
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
     /// acceleration of the last set-points
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
-    /// time at which they were stored, ns of the system clock
+    /// time at which the last set-points were stored, ns of the system clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
-    /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
+    /// braking by the servos themselves because set-points did not arrive in time: see `joint_servo`
     #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
     braking: [[f64; 4]; 16],
     /// goal positions
@@ -52,7 +52,7 @@ pub struct MotionGenerator {
     /// maximum speed of each joint
     #[input(asynchronous, default = [0.5; 16], sized, unit = "rad/s|m/s", range = "[0, inf)")]
     speed: [f64; 16],
-    /// maximum speed of any joint; if not set, only their own limits apply
+    /// maximum speed of any joint; if not set, only the joints' own limits apply
     #[input(asynchronous, default = 1e6, unit = "rad/s|m/s", range = "(0, 100]")]
     fastest: f64,
     /// maximum acceleration of each joint
@@ -73,7 +73,7 @@ pub struct MotionGenerator {
     /// override of the whole cell; the two are multiplied
     #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     cell_override: [f64; 16],
-    /// maximum time that may be lost at once; if more is lost, the joints come to rest
+    /// maximum single loss of time; if it is exceeded, the joints come to rest
     #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
     gap_max: [f64; 16],
     /// true: bring the motion to rest and keep it there
@@ -82,16 +82,16 @@ pub struct MotionGenerator {
     /// commanded positions of the joints
     #[output(sized, unit = "rad|m")]
     setpoint: [f64; 16],
-    /// commanded speed at that position
+    /// commanded speed at the set-point
     #[output(sized, unit = "rad/s|m/s")]
     velocity: [f64; 16],
     /// acceleration of the set-point
     #[output(sized, unit = "rad/s^2|m/s^2")]
     setpoint_acceleration: [f64; 16],
-    /// time at which they are stored, ns of the system clock
+    /// time at which the set-points are stored, ns of the system clock
     #[output(sized)]
     setpoint_time: [i64; 16],
-    /// maximum time lost at once
+    /// longest single loss of time so far
     #[output(unit = "s")]
     lost: f64,
     /// absolute target: the goal, or the position at the start of the motion plus the goal
@@ -115,7 +115,7 @@ pub struct MotionGenerator {
     /// the joints are at rest because they are held
     #[condition]
     held: Condition,
-    /// the joints are at rest because more time than `gap_max` was lost at once; the value is the time lost, s
+    /// the joints are at rest because a single loss of time exceeded `gap_max`; the value is the time lost, s
     #[condition]
     gap: ConditionOf<f64>,
     /// state of the motion of the joints
@@ -132,7 +132,7 @@ struct Way {
     /// Positions to which a relative goal is added.
     origin: [f64; 16],
     span: Span,
-    /// The joints come to rest because time was lost.
+    /// True if the joints are coming to rest because time was lost.
     is_lost: bool,
 }
 
@@ -180,7 +180,7 @@ impl Step for MotionGenerator {
 }
 
 impl MotionGenerator {
-    /// Returns the goals and limits requested now; the error is the code of a fault.
+    /// Returns the currently requested goals and limits; the error is the code of a fault.
     fn wanted(&mut self, n: usize, rate: f64) -> Result<JointGoals, u32> {
         let mut wanted = JointGoals::default();
         for i in 0..n {
@@ -249,7 +249,7 @@ mod tests {
     }
 
     /// Invokes the block every 20 ms until the goal is stored, at most 1000 times, and returns the number of invocations. `before`
-    /// changes inputs. Checks that every step keeps the limits.
+    /// changes the inputs before each invocation. Checks that every step stays within the limits.
     fn run(block: &mut MotionGenerator, mut before: impl FnMut(i64, &mut MotionGenerator)) -> i64 {
         let (mut at, mut rate) = (block.start, block.start_velocity);
         for k in 0..1000 {

@@ -10,7 +10,7 @@ pub struct Offset {
     /// value to add
     #[input(asynchronous, default = 0.0, unit = "=u", range = "[-inf, inf)")]
     offset: f64,
-    /// sum of the two
+    /// input plus offset
     #[output(unit = "=u")]
     y: f64,
 }

@@ -6,7 +6,7 @@ const NOT_FINITE: u32 = 1;
 
 /// Set position: new offset = offset + shift, new commanded = commanded + shift, with shift = position - captured; nothing moves.
 ///
-/// Execute it once: the position `captured` is called `position` afterwards. A servo that takes `offset` and `commanded` receives both
+/// Execute it once: from then on, the position `captured` is `position`. A servo that takes `offset` and `commanded` receives both
 /// changes in one publication and moves its reference by the same amount. Fault 1: a number is not finite.
 #[derive(FunctionBlock)]
 pub struct SetPosition {
@@ -16,22 +16,22 @@ pub struct SetPosition {
     /// captured position
     #[input(asynchronous, sized, unit = "rad|m")]
     captured: [f64; 16],
-    /// new value for that position
+    /// new value of the captured position
     #[input(asynchronous, sized, unit = "rad|m")]
     position: [f64; 16],
-    /// present offset of the readings of each joint
+    /// current offset of the readings of each joint
     #[input(asynchronous, sized, unit = "rad|m")]
     offset: [f64; 16],
-    /// present commanded position of each joint
+    /// current commanded position of each joint
     #[input(asynchronous, sized, unit = "rad|m")]
     commanded: [f64; 16],
-    /// new offset of the readings
+    /// new offset of the readings of each joint
     #[output(sized, unit = "rad|m")]
     new_offset: [f64; 16],
     /// commanded position of each joint, in the new coordinates
     #[output(sized, unit = "rad|m")]
     new_commanded: [f64; 16],
-    /// 1: the joint is homed
+    /// true, because the joint is now homed
     #[output(sized)]
     homed: [bool; 16],
     /// change of the offset

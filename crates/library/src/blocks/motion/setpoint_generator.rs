@@ -8,12 +8,12 @@ const NO_PLAN: u32 = 1;
 /// The motion is planned for another number of joints.
 const OTHER_SIZE: u32 = 2;
 
-/// Setpoint generator: setpoint = q(t) of a planned motion, t being the running time since the plan was first seen.
+/// Set-point generator: setpoint = q(t) of a planned motion, t being the running time since the plan was first seen.
 ///
-/// Running time stands still while the verb is suspended, and time lost because releases were skipped does not count. The output
-/// `complete` and the condition `finished` are reported in the invocation that stores the last setpoint, exactly the goal, never before.
-/// A new plan, identified by its number, starts from its own beginning. Faults: 1 the planner has not run; 2 the motion is planned for
-/// another number of joints.
+/// Running time stops while the verb is suspended, and time lost because releases were skipped does not count. The output `complete` and
+/// the condition `finished` are reported in the invocation that stores the last set-point, which is exactly the goal, never before. A new
+/// plan, identified by its number, is executed from its beginning. Faults: 1 the planner has not run; 2 the motion is planned for another
+/// number of joints.
 #[derive(FunctionBlock)]
 pub struct SetpointGenerator {
     /// number of joints
@@ -25,10 +25,10 @@ pub struct SetpointGenerator {
     /// commanded positions of the joints
     #[output(sized, unit = "rad|m")]
     setpoint: [f64; 16],
-    /// commanded speed at that position
+    /// commanded speed at the set-point
     #[output(sized, unit = "rad/s|m/s")]
     velocity: [f64; 16],
-    /// true if the last setpoint has been stored: 0 or 1
+    /// true if the last setpoint has been stored
     #[output]
     complete: bool,
     /// time by which the setpoints are ahead

@@ -13,15 +13,16 @@ const OUT_OF_RANGE: u32 = 3;
 /// Trajectory planner: a jerk-limited motion q(t) = start + (goal - start) s(t), all joints arriving together, in the shortest time that
 /// the limits allow.
 ///
-/// Execute it once; a `setpoint_generator` bound to its coefficients makes the motion. The motion is from rest to rest on a straight line
-/// in joint space; the equations are in section 3.4 of Biagiotti and Melchiorri, 2008. It allocates nothing. Faults: 1 a start or goal is
-/// not finite; 2 a limit is not above 0; 3 a goal is outside its joint's range (goals are in rad: did you mean degrees, '90 deg'?).
+/// Execute it once; a `setpoint_generator` bound to its coefficients executes the motion. The motion is from rest to rest on a straight
+/// line in joint space; the equations are in section 3.4 of Biagiotti and Melchiorri, 2008. It allocates nothing. Faults: 1 a start or
+/// goal is not finite; 2 a limit is not above 0; 3 a goal is outside its joint's range (goals are in rad: did you mean degrees, '90
+/// deg'?).
 #[derive(FunctionBlock)]
 pub struct TrajectoryPlanner {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// present commanded positions of the joints
+    /// current commanded positions of the joints
     #[input(asynchronous, sized, unit = "rad|m")]
     start: [f64; 16],
     /// goal positions

@@ -8,8 +8,8 @@ use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step}
 
 /// A start or velocity is not a finite number.
 const NOT_FINITE: u32 = 1;
-/// Number of consecutive invocations with an unchanged set-point that count as rest: until then a servo that smooths the set-points still
-/// moves.
+/// Number of consecutive invocations with an unchanged set-point that count as rest. Before that, a servo that smooths the set-points is
+/// still moving.
 const REST: u16 = 3;
 /// An acceleration or jerk is not above 0, or an override is not within 0 and 1.
 const BAD_LIMIT: u32 = 2;
@@ -17,32 +17,33 @@ const BAD_LIMIT: u32 = 2;
 /// Velocity generator: setpoint = q(t) with q' going to `velocity` within acceleration and jerk, and to rest before the end of the
 /// joint's range.
 ///
-/// The start may be moving. With `velocity` 0, the default, it stops the joints: `stopped` is reported when they are at rest. A velocity
-/// may change at any time. If `holding` is true or an override is 0, the joints come to rest and stay; `held` is reported as long as they
-/// do. Time lost because releases were skipped is not made up for: each invocation advances by one cycle at most; if more than `gap_max`
-/// was lost at once, the joints come to rest and `gap` is reported. At the end of its range a joint comes to rest and `at_limit` is
-/// reported. Faults: 1 a start or velocity is not finite; 2 an acceleration or jerk is not above 0, or an override not within 0 and 1.
+/// The joints may be moving at the start. With `velocity` 0, the default, it stops them: `stopped` is reported when they are at rest. A
+/// velocity may change at any time. If `holding` is true or an override is 0, the joints come to rest and stay there; `held` is reported
+/// as long as they do. Time lost because releases were skipped is not made up for: each invocation advances by at most one cycle; if a
+/// single loss exceeds `gap_max`, the joints come to rest and `gap` is reported. At the end of its range, a joint comes to rest and
+/// `at_limit` is reported. Faults: 1 a start or velocity is not finite; 2 an acceleration or jerk is not above 0, or an override not
+/// within 0 and 1.
 #[derive(FunctionBlock)]
 pub struct VelocityGenerator {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// present commanded positions of the joints
+    /// current commanded positions of the joints
     #[input(asynchronous, sized, unit = "rad|m")]
     start: [f64; 16],
-    /// speed at which the servos move the joints now
+    /// current speed at which the servos move the joints
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
-    /// speed of the last set-points, whichever motion stored them
+    /// speed of the last set-points, whichever motion generated them
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
     /// acceleration of the last set-points
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
-    /// time at which they were stored, ns of the system clock
+    /// time at which the last set-points were stored, ns of the system clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
-    /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
+    /// braking by the servos themselves because set-points did not arrive in time: see `joint_servo`
     #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
     braking: [[f64; 4]; 16],
     /// requested velocity of each joint
@@ -66,7 +67,7 @@ pub struct VelocityGenerator {
     /// override of the whole cell; the two are multiplied
     #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     cell_override: [f64; 16],
-    /// maximum time that may be lost at once; if more is lost, the joints come to rest
+    /// maximum single loss of time; if it is exceeded, the joints come to rest
     #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
     gap_max: [f64; 16],
     /// true: bring the motion to rest and keep it there
@@ -75,16 +76,16 @@ pub struct VelocityGenerator {
     /// commanded positions of the joints
     #[output(sized, unit = "rad|m")]
     setpoint: [f64; 16],
-    /// commanded speed at that position
+    /// commanded speed at the set-point
     #[output(sized, unit = "rad/s|m/s")]
     setpoint_velocity: [f64; 16],
     /// acceleration of the set-point
     #[output(sized, unit = "rad/s^2|m/s^2")]
     setpoint_acceleration: [f64; 16],
-    /// time at which they are stored, ns of the system clock
+    /// time at which the set-points are stored, ns of the system clock
     #[output(sized)]
     setpoint_time: [i64; 16],
-    /// maximum time lost at once
+    /// longest single loss of time so far
     #[output(unit = "s")]
     lost: f64,
     /// time from the start to the first set-point: the interval of this block
@@ -105,7 +106,7 @@ pub struct VelocityGenerator {
     /// a joint is at rest at the end of its range although motion is requested
     #[condition]
     at_limit: Condition,
-    /// the joints are at rest because more time than `gap_max` was lost at once; the value is the time lost, s
+    /// the joints are at rest because a single loss of time exceeded `gap_max`; the value is the time lost, s
     #[condition]
     gap: ConditionOf<f64>,
     /// state of the motion of the joints
@@ -122,7 +123,7 @@ struct Way {
     /// Number of consecutive invocations for which each joint has been at rest.
     rest: [u16; 16],
     span: Span,
-    /// The joints come to rest because time was lost.
+    /// True if the joints are coming to rest because time was lost.
     is_lost: bool,
 }
 
@@ -235,8 +236,8 @@ mod tests {
         }
     }
 
-    /// Invokes the block every 20 ms until `until`, at most 1000 times, and returns the number of invocations; checks that every step
-    /// keeps the acceleration.
+    /// Invokes the block every 20 ms until `until` returns true, at most 1000 times, and returns the number of invocations. Checks that
+    /// every step stays within the acceleration limit.
     fn run(block: &mut VelocityGenerator, mut until: impl FnMut(i64, &mut VelocityGenerator) -> bool) -> i64 {
         let (mut at, mut rate) = (block.start[0], block.start_velocity[0]);
         let begin = if block.way.span.begun() { block.setpoint_time[0] / 20_000_000 + 1 } else { 0 };

@@ -19,7 +19,7 @@ pub struct AwaitDigital {
     /// it is
     #[condition]
     done: Condition,
-    /// true if the input has differed in an earlier invocation
+    /// true if the input has differed from the awaited value in an earlier invocation
     #[state]
     was_other: bool,
 }
@@ -39,7 +39,7 @@ impl Step for AwaitDigital {
 mod tests {
     use super::*;
 
-    /// Returns the invocations that report, for these values.
+    /// Returns the invocations in which the block reports `done` for these values.
     fn reports(values: &[bool], value: bool, edge: bool) -> Vec<usize> {
         let mut block = AwaitDigital { u: false, latest: false, value, edge, done: Condition::new(), was_other: false };
         let report = |u: &bool| {

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
-/// A pulse: y = value for `width` from the first invocation, then y = not value; `done` when that has been written too. Suspended time
-/// does not count.
+/// A pulse: y = value for `width` from the first invocation, then y = not value; reports `done` when that has been written too. Suspended
+/// time does not count.
 #[derive(FunctionBlock)]
 pub struct PulseDigital {
-    /// value written to the output; each new value drives it
+    /// value written to the output; each new value is output
     #[input]
     written: bool,
     /// pulse

@@ -9,8 +9,8 @@ const BAD_RANGE: u32 = 2;
 
 /// Chirp, a swept sine: y = offset + amplitude sin(2 pi ∫f dt), f from first to last over the duration, linearly or exponentially.
 ///
-/// For measuring frequency responses. t is the running time since the first invocation; after the duration y = offset. An exponential
-/// sweep spends the same time in each octave. Source: Farina, 2000. Range: duration above 0; for an exponential sweep both frequencies
+/// For measuring frequency responses. t is the running time since the first invocation; after the duration, y = offset. An exponential
+/// sweep spends the same time in each octave. Source: Farina, 2000. Range: duration above 0; for an exponential sweep, both frequencies
 /// above 0. Faults: 1 there is no such sweep: 0 linear, 1 exponential; 2 the duration is not above 0, a frequency is negative, or 0 in an
 /// exponential sweep.
 #[derive(FunctionBlock)]
@@ -18,7 +18,7 @@ pub struct Chirp {
     /// signal
     #[output]
     y: f64,
-    /// present frequency
+    /// current frequency
     #[output(unit = "Hz")]
     frequency: f64,
     /// 0 linear, 1 exponential
@@ -33,7 +33,7 @@ pub struct Chirp {
     /// duration of the sweep
     #[param(default = 10.0, unit = "s", range = "(0, inf)")]
     duration: f64,
-    /// maximum deviation from the offset
+    /// amplitude around the offset
     #[param(default = 1.0, range = "[-inf, inf)")]
     amplitude: f64,
     /// mean value
@@ -48,7 +48,7 @@ pub struct Chirp {
 }
 
 impl Chirp {
-    /// Returns the number of turns until `t`, and the frequency then.
+    /// Returns the number of cycles completed by time `t`, and the frequency at `t`.
     fn turns(&self, t: f64) -> (f64, f64) {
         let ratio = self.last / self.first;
         if self.sweep == 0 || ratio == 1.0 {

@@ -2,15 +2,15 @@
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 use std::f64::consts::TAU;
 
-/// The shape is unknown.
+/// The shape of the waveform is unknown.
 const UNKNOWN_SHAPE: u32 = 1;
-/// The duty is out of range.
+/// The duty cycle is out of range.
 const BAD_DUTY: u32 = 2;
 
 /// Signal generator: y = offset + amplitude f(frequency t + phase), t being the running time of the verb.
 ///
 /// Waveforms: constant, sine, square, triangle, sawtooth. For a frequency that changes with time, see `chirp`. Range: duty 0 to 1.
-/// Faults: 1 there is no such shape: 0 constant, 1 sine, 2 square, 3 triangle, 4 sawtooth; 2 the duty is not 0 to 1.
+/// Faults: 1 there is no such shape: 0 constant, 1 sine, 2 square, 3 triangle, 4 sawtooth; 2 the duty cycle is not 0 to 1.
 #[derive(FunctionBlock)]
 pub struct SignalGenerator {
     /// signal
@@ -19,10 +19,10 @@ pub struct SignalGenerator {
     /// f: 0 constant 0, 1 sine, 2 square (1, then -1), 3 triangle (0 up to 1, down to -1, up to 0), 4 sawtooth (-1 up to 1)
     #[param(default = 1, range = "[0, 4]")]
     shape: u32,
-    /// maximum deviation from the offset
+    /// amplitude around the offset
     #[param(default = 1.0, range = "[-inf, inf)")]
     amplitude: f64,
-    /// periods per second
+    /// frequency
     #[param(default = 1.0, unit = "Hz", range = "[0, inf)")]
     frequency: f64,
     /// mean value
@@ -31,7 +31,7 @@ pub struct SignalGenerator {
     /// phase lead as a fraction of a period, 0 to 1
     #[param(default = 0.0, range = "[-inf, inf)")]
     phase: f64,
-    /// fraction of a period for which a square wave is 1
+    /// duty cycle: fraction of a period for which a square wave is 1
     #[param(default = 0.5, range = "[0, 1]")]
     duty: f64,
 }

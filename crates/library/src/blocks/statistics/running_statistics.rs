@@ -6,14 +6,14 @@ const NOT_FINITE: u32 = 1;
 
 /// Statistics since the start or the last reset: mean += (u - mean) / k, variance = m / (k - 1) with m += (u - mean_before) (u - mean).
 ///
-/// The values are not stored. Source: Welford, 1962. For statistics over a window, see `statistics`. After a reset the present value
+/// The values are not stored. Source: Welford, 1962. For statistics over a window, see `statistics`. After a reset, the current value
 /// counts as the first. Faults: 1 the input is not finite.
 #[derive(FunctionBlock)]
 pub struct RunningStatistics {
     /// signal
     #[input]
     u: f64,
-    /// true: restart with this value
+    /// true: restart with the current value
     #[input(asynchronous, default = false)]
     reset: bool,
     /// number of values k

@@ -9,8 +9,8 @@ const NOT_FINITE: u32 = 2;
 
 /// Statistics of the last w values: mean = Σu / w, variance = Σ(u - mean)^2 / (w - 1), rms = √(Σu^2 / w), minimum, maximum.
 ///
-/// Until there are w values, all values so far count; the variance of one value is 0. For statistics since the start, see
-/// `running_statistics`. Range: window 1 to 256. Faults: 1 the window is not 1 to 256 invocations; 2 the input is not finite.
+/// Until there are w values, the statistics are those of all values so far; the variance of a single value is 0. For statistics since the
+/// start, see `running_statistics`. Range: window 1 to 256. Faults: 1 the window is not 1 to 256 invocations; 2 the input is not finite.
 #[derive(FunctionBlock)]
 pub struct Statistics {
     /// signal
@@ -34,7 +34,7 @@ pub struct Statistics {
     /// length w of the window in invocations, 1 to 256
     #[param(default = 100, range = "[1, 256]")]
     window: u32,
-    /// last values
+    /// most recent values
     #[state(opaque)]
     past: Window,
 }

@@ -7,23 +7,23 @@ const TOO_LONG: u32 = 1;
 
 /// Delay line: y_k = u_(k-d), the value of d invocations ago; `initial` before there is one.
 ///
-/// Models a transport delay; with the `initial` value of a plant at rest it breaks an algebraic loop. Range: delay 0 to 255. Faults: 1
-/// the delay is not 0 to 255 invocations.
+/// Models a transport delay. It can also break an algebraic loop, if `initial` is the value of the plant at rest. Range: delay 0 to 255.
+/// Faults: 1 the delay is not 0 to 255 invocations.
 #[derive(FunctionBlock)]
 pub struct DelayLine {
     /// input
     #[input]
     u: f64,
-    /// input of d invocations ago
+    /// input d invocations ago
     #[output(unit = "=u")]
     y: f64,
     /// delay d in invocations, 0 to 255
     #[param(default = 1, range = "[0, 255]")]
     delay: u32,
-    /// output until there is a value
+    /// output until the first delayed value is available
     #[param(default = 0.0, range = "[-inf, inf)")]
     initial: f64,
-    /// last values
+    /// most recent values
     #[state(opaque)]
     past: Window,
 }

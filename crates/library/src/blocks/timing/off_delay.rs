@@ -6,8 +6,8 @@ const NEGATIVE_TIME: u32 = 1;
 
 /// Off-delay timer: q = true while u is true and for the delay after; elapsed = time since u went off, at most the delay.
 ///
-/// The output starts off. Time is running time: it stands still while the verb is suspended. Source: IEC 61131-3, TOF. Range: delay from
-/// 0. Faults: 1 the delay is negative or NaN.
+/// The output starts off. Time is running time, which stops while the verb is suspended. Source: IEC 61131-3, TOF. Range: delay from 0.
+/// Faults: 1 the delay is negative or NaN.
 #[derive(FunctionBlock)]
 pub struct OffDelay {
     /// input (IN)
@@ -25,7 +25,7 @@ pub struct OffDelay {
     /// the delay has elapsed
     #[condition]
     done: Condition,
-    /// running time at which the input went off, ns; -1: it is on
+    /// running time at which the input went off, ns; -1: the input is on
     #[state(initial = -1)]
     begun_ns: i64,
 }

@@ -6,8 +6,8 @@ const NEGATIVE_TIME: u32 = 1;
 
 /// On-delay timer: q = true once u has been true for the delay; elapsed = time for which u has been true, at most the delay.
 ///
-/// Time is running time: it stands still while the verb is suspended. Source: IEC 61131-3, TON. Range: delay from 0. Faults: 1 the delay
-/// is negative or NaN.
+/// Time is running time, which stops while the verb is suspended. Source: IEC 61131-3, TON. Range: delay from 0. Faults: 1 the delay is
+/// negative or NaN.
 #[derive(FunctionBlock)]
 pub struct OnDelay {
     /// input (IN)
@@ -25,7 +25,7 @@ pub struct OnDelay {
     /// the delay has elapsed
     #[condition]
     done: Condition,
-    /// running time at which the input went on, ns; -1: it is off
+    /// running time at which the input went on, ns; -1: the input is off
     #[state(initial = -1)]
     begun_ns: i64,
 }

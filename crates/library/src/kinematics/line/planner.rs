@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Planner of a line or an arc of the tool as a block.
+//! Planner of a line or an arc of the tool, as a block.
 
-/// Declares the block, with items of its own. Its method `course` returns the course from the pose of the tool to the goal: the error is
-/// the code of a fault, or `None` if a condition gives the reason why there is no course. `angular_jerk` is the maximum jerk of the
-/// orientation.
+/// Declares the block, with additional items of its own. Its method `course` returns the course from the pose of the tool to the goal;
+/// the error is the code of a fault, or `None` if a condition gives the reason why there is no course. `angular_jerk` is the maximum jerk
+/// of the orientation.
 macro_rules! line_planner {
     ($(#[$about:meta])* $name:ident { $($items:tt)* }) => {
         $(#[$about])*
@@ -12,22 +12,22 @@ macro_rules! line_planner {
             /// number of joints
             #[size(1, 16)]
             n: u32,
-            /// present commanded positions of the joints, rad or m
+            /// current commanded positions of the joints, rad or m
             #[input(asynchronous, sized)]
             start: [f64; 16],
-            /// speed at which the servos move the joints now
+            /// current speed at which the servos move the joints
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             start_velocity: [f64; 16],
-            /// speed of the last set-points, whichever motion stored them
+            /// speed of the last set-points, whichever motion generated them
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             last_velocity: [f64; 16],
             /// acceleration of the last set-points
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
             last_acceleration: [f64; 16],
-            /// time at which they were stored, ns of the system clock
+            /// time at which the last set-points were stored, ns of the system clock
             #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
             last_time: [i64; 16],
-            /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
+            /// braking by the servos themselves because set-points did not arrive in time: see `joint_servo`
             #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
             braking: [[f64; 4]; 16],
             /// goal pose of the tool: x y z in m, quaternion w x y z
@@ -54,7 +54,7 @@ macro_rules! line_planner {
             /// planned line
             #[output]
             line: Line,
-            /// joint positions at its end, for blocks that compare
+            /// joint positions at the end of the line, for blocks that compare
             #[output(sized)]
             target: [f64; 16],
             /// planned duration
@@ -79,17 +79,17 @@ macro_rules! line_planner {
             /// time between two set-points
             #[param(default = 0.02, unit = "s", range = "[0, inf)")]
             lead: f64,
-            /// true: wait until moving joints have stopped, and plan only once per start; for a planner that stays active until its
-            /// generator has braked them
+            /// true: wait until moving joints have stopped, and plan only once per start; for a planner that remains active until its
+            /// generator has braked the joints
             #[param(default = false)]
             waits: bool,
-            /// the goal is out of reach; the value is the distance from it, m
+            /// the goal is unreachable; the value is the distance of the tool from it, m
             #[condition]
             unreachable: ConditionOf<f64>,
-            /// the path leaves the range of a joint; the value is its index, from 0
+            /// the path leaves the range of a joint; the value is the index of the joint, from 0
             #[condition]
             limit: ConditionOf<i32>,
-            /// the path passes a singularity; the value is the fraction of the speed that would be possible
+            /// the path passes too close to a singularity; the value is the fraction of the speed that would be possible
             #[condition]
             singular: ConditionOf<f64>,
             /// true after a plan has been made

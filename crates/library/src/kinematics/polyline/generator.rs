@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Generator of planned paths of the tool as a block, for tables of a given length.
+//! Generator of planned paths of the tool, as a block, for tables of a given length.
 
 /// Declares the block.
 macro_rules! polyline_generator {
@@ -13,22 +13,22 @@ macro_rules! polyline_generator {
             /// planned path
             $(#[$path])*
             path: $path_type,
-            /// present commanded positions of the joints, rad or m
+            /// current commanded positions of the joints, rad or m
             #[input(asynchronous, default = [0.0; 16], sized, range = "[-inf, inf)")]
             start: [f64; 16],
-            /// speeds at which the servos move the joints now
+            /// current speeds at which the servos move the joints
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             start_velocity: [f64; 16],
-            /// speeds of the last set-points, whichever motion stored them
+            /// speeds of the last set-points, whichever motion generated them
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             last_velocity: [f64; 16],
             /// accelerations of the last set-points
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
             last_acceleration: [f64; 16],
-            /// time at which they were stored, ns of the system clock
+            /// time at which the last set-points were stored, ns of the system clock
             #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
             last_time: [i64; 16],
-            /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
+            /// braking by the servos themselves because set-points did not arrive in time: see `joint_servo`
             #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
             braking: [[f64; 4]; 16],
             /// permitted fraction of the speed, 0 to 1; the minimum over the joints applies to all
@@ -40,7 +40,7 @@ macro_rules! polyline_generator {
             /// true: bring the motion to rest and keep it there
             #[input(asynchronous, default = false)]
             holding: bool,
-            /// maximum time that may be lost at once; if more is lost, the motion comes to rest
+            /// maximum single loss of time; if it is exceeded, the motion comes to rest
             #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
             gap_max: [f64; 16],
             /// maximum speed of each joint
@@ -55,16 +55,16 @@ macro_rules! polyline_generator {
             /// commanded positions of the joints, rad or m
             #[output(sized)]
             setpoint: [f64; 16],
-            /// commanded speeds at those positions, rad/s or m/s
+            /// commanded speeds at the set-points, rad/s or m/s
             #[output(sized)]
             setpoint_velocity: [f64; 16],
-            /// commanded accelerations at those positions, rad/s^2 or m/s^2
+            /// commanded accelerations at the set-points, rad/s^2 or m/s^2
             #[output(sized)]
             setpoint_acceleration: [f64; 16],
-            /// time at which they are stored, ns of the system clock
+            /// time at which the set-points are stored, ns of the system clock
             #[output(sized)]
             setpoint_time: [i64; 16],
-            /// maximum time lost at once
+            /// longest single loss of time so far
             #[output(unit = "s")]
             lost: f64,
             /// commanded pose of the tool: x y z in m, quaternion w x y z
@@ -88,10 +88,10 @@ macro_rules! polyline_generator {
             /// the motion is at rest because of `holding`
             #[condition]
             held: Condition,
-            /// the arm cannot follow the path from here; the value is the completed fraction, 0 to 1
+            /// the arm cannot follow the path from here on; the value is the completed fraction, 0 to 1
             #[condition]
             singular: ConditionOf<f64>,
-            /// the motion is at rest because more time than `gap_max` was lost at once; the value is the time lost, s
+            /// the motion is at rest because a single loss of time exceeded `gap_max`; the value is the time lost, s
             #[condition]
             gap: ConditionOf<f64>,
             /// progress along the path

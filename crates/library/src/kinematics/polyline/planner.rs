@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Planner of paths of the tool as a block, for tables of a given length.
+//! Planner of paths of the tool, as a block, for tables of a given length.
 
-/// Declares the block: `at_once` is the work of one invocation, `shares` the fractions of a line that one blend may take.
+/// Declares the block. `at_once` is the work done in one invocation; `shares` are the fractions of a line that one blend may use.
 macro_rules! polyline_planner {
     (
         $(#[$about:meta])* $name:ident, at_once: $at_once:expr, shares: $shares:expr,
@@ -15,22 +15,22 @@ macro_rules! polyline_planner {
             /// number of joints
             #[size(1, 16)]
             n: u32,
-            /// present commanded positions of the joints, rad or m
+            /// current commanded positions of the joints, rad or m
             #[input(asynchronous, sized)]
             start: [f64; 16],
-            /// speeds at which the servos move the joints now
+            /// current speeds at which the servos move the joints
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             start_velocity: [f64; 16],
-            /// speeds of the last set-points, whichever motion stored them
+            /// speeds of the last set-points, whichever motion generated them
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
             last_velocity: [f64; 16],
             /// accelerations of the last set-points
             #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
             last_acceleration: [f64; 16],
-            /// time at which they were stored, ns of the system clock
+            /// time at which the last set-points were stored, ns of the system clock
             #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
             last_time: [i64; 16],
-            /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
+            /// braking by the servos themselves because set-points did not arrive in time: see `joint_servo`
             #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
             braking: [[f64; 4]; 16],
             /// poses of the tool, one row each: x y z in m, quaternion w x y z
@@ -60,13 +60,13 @@ macro_rules! polyline_planner {
             /// planned path
             $(#[$path])*
             path: $path_type,
-            /// joint positions at its end, for blocks that compare
+            /// joint positions at the end of the path, for blocks that compare
             #[output(sized)]
             target: [f64; 16],
             /// duration of the motion
             #[output(unit = "s")]
             duration: f64,
-            /// index of the pose that a condition concerns, from 0
+            /// index of the pose to which a condition applies, from 0
             #[output]
             refused: i32,
             /// the arm
@@ -84,17 +84,17 @@ macro_rules! polyline_planner {
             /// time between two set-points
             #[param(default = 0.02, unit = "s", range = "[0, inf)")]
             lead: f64,
-            /// true: wait until moving joints have stopped, and plan only once per start; for a planner that stays active until its
-            /// generator has braked them
+            /// true: wait until moving joints have stopped, and plan only once per start; for a planner that remains active until its
+            /// generator has braked the joints
             #[param(default = false)]
             waits: bool,
-            /// a pose is out of reach; the value is the distance from it, m
+            /// a pose is unreachable; the value is the distance of the tool from it, m
             #[condition]
             unreachable: ConditionOf<f64>,
-            /// the path leaves the range of a joint; the value is its index, from 0
+            /// the path leaves the range of a joint; the value is the index of the joint, from 0
             #[condition]
             limit: ConditionOf<i32>,
-            /// the path passes a singularity; the value is the fraction of the speed that would be possible
+            /// the path passes too close to a singularity; the value is the fraction of the speed that would be possible
             #[condition]
             singular: ConditionOf<f64>,
             /// true if a plan has been made

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Planning of paths of the tool: a path of four coordinates, then inverse kinematics along it, in portions that fit into an invocation.
+//! Planning of paths of the tool: first a path of four coordinates, then inverse kinematics along it, in portions that fit into an
+//! invocation.
 use super::{PolylineTable, PolylineView, SPACE};
 use crate::kinematics::JOINTS_MAX;
 use crate::kinematics::chain::Arm;
@@ -8,10 +9,10 @@ use crate::kinematics::line::{Obstacle, Wish, next};
 use crate::kinematics::pose::{Numbers, Pose, length};
 use crate::path::{Passing, Planning};
 
-/// Minimum number of points of a path at which a plan is checked, and number per way-point.
+/// Minimum number of points of a path at which a plan is checked; also the minimum number per way-point.
 const SAMPLES: usize = 512;
 const SAMPLES_EACH: usize = 2;
-/// Distance below which way-points coincide, m and rad.
+/// Distance below which way-points count as coincident, m and rad.
 const SAME: f64 = 1e-8;
 
 /// Progress of planning. The default is idle.
@@ -20,14 +21,15 @@ pub struct PolylinePlanning {
     path: Planning,
     /// True during inverse kinematics along the finished path.
     follows: bool,
-    /// Number of points checked, the joint positions and speeds at the last one, and the factor by which the path must be slowed down.
+    /// Number of points checked, the joint positions and speeds at the last of them, and the factor by which the path must be slowed
+    /// down.
     sample: usize,
     here: [f64; JOINTS_MAX],
     rate: [f64; JOINTS_MAX],
     slower: f64,
 }
 
-/// Work of one invocation: number of way-point steps, and of points to check.
+/// Work done in one invocation: number of way-point steps, and number of points to check.
 #[derive(Clone, Copy, Debug)]
 pub struct Budget {
     pub steps: usize,
@@ -35,9 +37,9 @@ pub struct Budget {
 }
 
 impl PolylinePlanning {
-    /// Begins a path through poses from the present joint positions; `wish.goal` is not used. The caller has checked that numbers are
-    /// finite, quaternions of length 1 and limits positive, and that there is room for the poses. `shares` are the fractions of a line
-    /// that one blend may take.
+    /// Begins a path through poses from the current joint positions; `wish.goal` is not used. The caller must have checked that numbers
+    /// are finite, quaternions have length 1, limits are positive, and the table has space for the poses. `shares` are the fractions of a
+    /// line that one blend may use.
     pub fn begin(
         table: &mut PolylineTable,
         arm: &Arm,
@@ -65,13 +67,13 @@ impl PolylinePlanning {
         PolylinePlanning { path, slower: 1.0, here: *table.from, ..PolylinePlanning::default() }
     }
 
-    /// Returns true if a path is begun and not ready.
+    /// Returns true if a path has been begun but is not ready yet.
     pub fn is_under_way(&self) -> bool {
         self.path.is_under_way() || self.follows
     }
 
-    /// Continues planning within the budget. Returns true if the path is ready except for its number. An obstacle is returned with the
-    /// way-point at the end of its line, and ends the planning.
+    /// Continues planning within the budget. Returns true if the path is ready except for its number. An obstacle ends the planning, and
+    /// is returned with the way-point at the end of its line.
     pub fn advance(&mut self, table: &mut PolylineTable, arm: &Arm, wish: &Wish, mut budget: Budget) -> Result<bool, (usize, Obstacle)> {
         if !self.follows {
             let limits = [wish.linear, wish.linear, wish.linear, wish.angular];
@@ -97,7 +99,7 @@ impl PolylinePlanning {
     }
 
     /// Follows the path by inverse kinematics to its end, and computes the factor by which it must be slowed down so that no joint
-    /// exceeds its limits. Returns true at the end.
+    /// exceeds its limits. Returns true when the end has been reached.
     fn follow(&mut self, line: &PolylineView, arm: &Arm, wish: &Wish, samples: usize) -> Result<bool, (usize, Obstacle)> {
         let all = SAMPLES.max(SAMPLES_EACH * (line.path.points - 1));
         let span = line.path.duration / all as f64;
@@ -129,13 +131,13 @@ impl PolylineTable<'_> {
     }
 }
 
-/// Returns the angle by which the tool turns between two poses; `None` if they coincide.
+/// Returns the angle by which the tool rotates between two poses; `None` if they coincide.
 fn way_on(here: &Pose, pose: &Pose) -> Option<f64> {
     let (way, turn) = here.to(pose);
     (length(way) >= SAME || length(turn) >= SAME).then(|| length(turn))
 }
 
-/// Returns the index of the pose that is way-point `at` of a path from `start`: a pose that repeats the previous one is not a way-point.
+/// Returns the index of the pose that is way-point `at` of a path from `start`. A pose that repeats the previous one is not a way-point.
 pub fn which(start: Pose, poses: &[Numbers], at: usize) -> usize {
     let (mut here, mut count) = (start, 0);
     for (k, pose) in poses.iter().enumerate() {

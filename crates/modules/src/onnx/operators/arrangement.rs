@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Operators that rearrange elements and increase their number, and operators that count.
+//! Operators that rearrange or repeat elements, and operators that count.
 use super::movement::{moved, place, transposed};
 use super::{Call, OperatorResult, axis};
 use crate::onnx::value::{Content, Kind, Value, each, fixed, offset, strides};
@@ -77,7 +77,7 @@ pub fn pad(call: &mut Call) -> OperatorResult {
     filled(call, &x, shape, &sources)
 }
 
-/// Returns the index of the input for index `at` of the result.
+/// Returns the input index for index `at` of the result.
 fn source(mode: &str, at: i64, n: i64) -> Option<usize> {
     let found = match mode {
         "edge" => at.clamp(0, n - 1),
@@ -92,7 +92,7 @@ fn source(mode: &str, at: i64, n: i64) -> Option<usize> {
     usize::try_from(found).ok().filter(|&i| (i as i64) < n)
 }
 
-/// Returns elements of the input, with one fill value elsewhere.
+/// Returns the elements of the input at `sources`, with a fill value where there is no source.
 fn filled(call: &mut Call, x: &Value, shape: Vec<usize>, sources: &[Option<usize>]) -> OperatorResult {
     if let Content::Ints(ints) = &x.content {
         let value = call.known_ints(2, "value")?.and_then(|v| v.first().copied()).unwrap_or(0);

@@ -45,7 +45,7 @@ pub fn einsum(call: &mut Call) -> OperatorResult {
     Ok(vec![made])
 }
 
-/// Returns the names of each operand's dimensions and of the result's. An ellipsis stands for dimensions with generated names.
+/// Returns the dimension names of each operand and of the result. An ellipsis represents dimensions with generated names.
 fn read(equation: &str, operands: &[Value]) -> Result<(Vec<Vec<char>>, Vec<char>), String> {
     let (left, right) = equation.split_once("->").map_or((equation, None), |(left, right)| (left, Some(right)));
     let written: Vec<&str> = left.split(',').collect();
@@ -83,7 +83,7 @@ fn read(equation: &str, operands: &[Value]) -> Result<(Vec<Vec<char>>, Vec<char>
     Ok((terms, result))
 }
 
-/// Returns the index of an element as an expression of its loop variables. A dimension of 1 is broadcast.
+/// Returns the index of an element as an expression in the loop variables. A dimension of 1 is broadcast.
 fn place(term: &[char], shape: &[usize]) -> String {
     let parts: Vec<String> = term
         .iter()

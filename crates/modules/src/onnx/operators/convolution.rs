@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Convolution as one product for each position: the elements under the kernel are gathered, with zeros outside the input.
+//! Convolution as one product for each position: gathers the elements under the kernel, with zeros outside the input.
 use super::movement::{moved, transposed};
 use super::products::{packed, rows_of};
 use super::{Call, OperatorResult};
@@ -83,7 +83,7 @@ fn layout(call: &Call, input: &[usize], kernel: &[usize]) -> Result<Layout, Stri
     Ok(Layout { kernel: kernel.to_vec(), step, spacing, before, out })
 }
 
-/// Returns the elements followed by a zero.
+/// Returns the elements of `x` with a zero appended.
 fn with_zero(call: &mut Call, x: &Value) -> Result<Value, String> {
     let made = call.program.value(&[x.len() + 1]);
     let (y, from) = (call.program.name(&made)?, call.program.name(x)?);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Operators that compute each element from those at the same position.
+//! Operators that compute each element from the input elements at the same position.
 use super::movement::moved;
 use super::{Call, Operator, OperatorResult};
 use crate::onnx::proto;
@@ -71,7 +71,7 @@ fn clip(call: &mut Call) -> OperatorResult {
     mapped(call, &format!("clip(X, {least:e}f, {most:e}f)"))
 }
 
-/// Applies an expression of `X` to each element.
+/// Applies an expression in `X` to each element.
 pub fn mapped(call: &mut Call, expression: &str) -> OperatorResult {
     let x = call.input(0)?;
     if let Some(ints) = x.known_ints() {
@@ -170,7 +170,7 @@ pub fn full(call: &mut Call, x: &Value, shape: &[usize]) -> Result<Value, String
     if x.shape == shape { Ok(x.clone()) } else { moved(call.program, x, shape.to_vec(), spread(&x.shape, shape)) }
 }
 
-/// Evaluates arithmetic of constants whose result is bit-identical at translation and at run time.
+/// Evaluates arithmetic on constants whose result is bit-identical at translation time and at run time.
 fn floats(operator: &str, x: &[f32], y: &[f32]) -> Option<Vec<f32>> {
     let compute: fn(f32, f32) -> f32 = match operator {
         "Add" | "Sum" | "Mean" => |a, b| a + b,
@@ -183,7 +183,7 @@ fn floats(operator: &str, x: &[f32], y: &[f32]) -> Option<Vec<f32>> {
     made.iter().all(|x| !x.is_nan()).then_some(made)
 }
 
-/// Evaluates arithmetic of shapes at translation.
+/// Evaluates arithmetic on shapes at translation time.
 fn integers(operator: &str, x: &[i64], y: &[i64], from: (&[usize], &[usize]), shape: Vec<usize>) -> Result<Value, String> {
     let (at_x, at_y) = (spread(from.0, &shape), spread(from.1, &shape));
     let compute = |(&i, &j): (&usize, &usize)| match (operator, x[i], y[j]) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Comparisons, truth values and choices. A truth value is 1 or 0; constants are compared at translation.
+//! Comparison and boolean operators, and `Where`. A boolean is 1 or 0; operators on constants are evaluated at translation time.
 use super::elementwise::{full, mapped_to};
 use super::{Call, OperatorResult};
 use crate::onnx::value::{Content, Kind, Value, broadcast};
 
-/// Translates a comparison, or a connective of two truth values.
+/// Translates a comparison, or a logical operator on two booleans.
 pub fn compare(call: &mut Call) -> OperatorResult {
     let (a, b) = (call.input(0)?, call.input(1)?);
     let shape = broadcast(&a.shape, &b.shape)?;
@@ -61,7 +61,7 @@ pub fn not(call: &mut Call) -> OperatorResult {
     mapped_to(call, Kind::Truth, "truth(X == all(0))")
 }
 
-/// Translates `Where`: elements of the second input where the first is true, of the third elsewhere.
+/// Translates `Where`: takes elements of the second input where the first is true, and of the third elsewhere.
 pub fn choose(call: &mut Call) -> OperatorResult {
     let (which, a, b) = (call.input(0)?, call.input(1)?, call.input(2)?);
     let shape = broadcast(&broadcast(&which.shape, &a.shape)?, &b.shape)?;

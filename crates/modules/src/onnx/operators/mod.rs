@@ -56,7 +56,7 @@ pub fn translate(node: &Node, inputs: Vec<Option<Value>>, opset: i64, program: &
     }
 }
 
-/// Operators that take elements of any kind.
+/// Operators that accept elements of any kind.
 const TAKE_ANY: [&str; 23] = [
     "Identity",
     "Dropout",
@@ -82,7 +82,7 @@ const TAKE_ANY: [&str; 23] = [
     "Shape",
     "Size",
 ];
-/// Operators that take integers known only while the network runs.
+/// Operators that accept integers known only at run time.
 const TAKE_WHOLE: [&str; 12] = ["Add", "Sub", "Mul", "Min", "Max", "Sum", "Neg", "Abs", "Greater", "Less", "GreaterOrEqual", "LessOrEqual"];
 
 fn find(operator: &str) -> Option<Operator> {
@@ -157,7 +157,7 @@ impl Call<'_> {
         self.optional(at).cloned().ok_or_else(|| format!("its input {at} is missing: the file is damaged"))
     }
 
-    /// Returns integers known at translation, of an input or, in older opsets, of an attribute. `None` if neither is present.
+    /// Returns integers known at translation time, from an input or, in older opsets, from an attribute; `None` if neither is present.
     fn known_ints(&self, at: usize, attribute: &str) -> Result<Option<Vec<i64>>, String> {
         match self.optional(at) {
             None => Ok(self.ints(attribute)),
@@ -166,7 +166,7 @@ impl Call<'_> {
         }
     }
 
-    /// Returns floats known at translation.
+    /// Returns floats known at translation time.
     fn known_floats(&self, at: usize, what: &str) -> Result<Option<Vec<f32>>, String> {
         match self.optional(at) {
             None => Ok(None),
@@ -180,7 +180,7 @@ impl Call<'_> {
     }
 }
 
-/// Resolves a dimension that may count from the end.
+/// Resolves a dimension index, which may be counted from the end.
 fn axis(axis: i64, rank: usize) -> Result<usize, String> {
     let from_start = if axis < 0 { axis.checked_add(i64::try_from(rank).unwrap_or(0)) } else { Some(axis) };
     let found = from_start.and_then(|axis| usize::try_from(axis).ok()).filter(|&axis| axis < rank);

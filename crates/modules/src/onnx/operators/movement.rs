@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Operators that move elements without computing: with fixed shapes each is a list of indices, known at translation.
+//! Operators that move elements without computing. With fixed shapes, each is a list of indices known at translation time.
 use super::{Call, OperatorResult, axes, axis};
 use crate::onnx::program::Program;
 use crate::onnx::value::{Content, Kind, Value, each, fixed, offset, spread, strides};
 
-/// Maximum number of separate copies; more become a table.
+/// Maximum number of separate copies; above it, a table of indices is used.
 const RUNS_MAX: usize = 16;
 
-/// Returns a value whose element i is `indices[i]` of `source`.
+/// Returns a value whose element i is element `indices[i]` of `source`.
 pub fn moved(program: &mut Program, source: &Value, shape: Vec<usize>, indices: Vec<usize>) -> Result<Value, String> {
     match &source.content {
         Content::Floats(floats) => Ok(Value::floats(shape, indices.iter().map(|&i| floats[i]).collect())),
@@ -281,8 +281,8 @@ pub fn gather(call: &mut Call) -> OperatorResult {
     Ok(vec![moved(call.program, &x, shape, indices)?])
 }
 
-/// Gathers rows whose numbers are known only at run time (a table of embeddings). A number out of range gives NaN, which is a fault of
-/// the block.
+/// Gathers rows whose indices are known only at run time (an embedding table). An index out of range yields NaN, which is a fault of the
+/// block.
 fn gather_at_run_time(call: &mut Call, x: &Value, which: &Value, at: usize) -> OperatorResult {
     let (before, after): (usize, usize) = (x.shape[..at].iter().product(), x.shape[at + 1..].iter().product());
     let kind = call.program.kind(x);

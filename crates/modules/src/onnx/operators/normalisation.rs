@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Softmax and normalisations.
+//! Softmax and normalisation operators.
 use super::elementwise::pair;
 use super::movement::transposed;
 use super::{Call, OperatorResult, axis};

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Operators that reduce windows of the trailing dimensions; the elements of each window are known at translation.
+//! Operators that reduce windows over the trailing dimensions; the elements of each window are known at translation time.
 use super::{Call, OperatorResult};
 use crate::onnx::value::{each, offset, strides};
 
-/// Translates `GlobalAveragePool` and `GlobalMaxPool`: a single window over everything.
+/// Translates `GlobalAveragePool` and `GlobalMaxPool`: a single window over all elements.
 pub fn global(call: &mut Call) -> OperatorResult {
     let x = call.input(0)?;
     if x.shape.len() < 3 {
@@ -65,7 +65,7 @@ pub fn pool(call: &mut Call) -> OperatorResult {
     Ok(vec![made])
 }
 
-/// Padding at both ends of a dimension, and the number of windows along it.
+/// A dimension with padding at both ends, and the number of windows along it.
 struct PaddedDimension {
     pads: (i64, i64),
     windows: usize,
@@ -102,7 +102,7 @@ fn padded(call: &Call, spatial: &[usize], kernel: &[i64], stride: &[i64], dilati
     Ok(made)
 }
 
-/// Adds the step that reduces windows to their maximum, or to their sum by `counts`.
+/// Adds the step that reduces windows to their maximum or, if `counts` is given, to their sum divided by it.
 fn pooled(call: &mut Call, to: &str, from: &str, windows: Vec<Vec<usize>>, counts: Option<Vec<usize>>) -> String {
     let n = windows.len();
     let ends = windows.iter().scan(0, |end, window| {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Matrix products: with constant weights packed for `product` of kernels.h, of two values by loops.
+//! Matrix products: products with constant weights, which are packed for `product` of kernels.h, and products of two values by loops.
 use super::elementwise::pair;
 use super::movement::{moved, transposed};
 use super::{Call, OperatorResult};
 use crate::onnx::program::{LANES, Program};
 use crate::onnx::value::{Content, Value, broadcast, spread};
 
-/// Packs the weights of `k` inputs and `n` outputs as `product` reads them: groups of 8, 4, 2 and 1 vectors of outputs, each with the
-/// vectors of one input side by side. `at` returns the weight of an input and an output.
+/// Packs the weights of `k` inputs and `n` outputs in the order in which `product` reads them: groups of 8, 4, 2 and 1 vectors of
+/// outputs, each with the vectors of one input side by side. `at` returns the weight of an input and an output.
 pub fn packed(program: &mut Program, k: usize, n: usize, at: impl Fn(usize, usize) -> f32) -> String {
     let mut floats = Vec::with_capacity(k * n.div_ceil(LANES) * LANES);
     let (mut vector, mut left) = (0, n.div_ceil(LANES));
@@ -82,7 +82,7 @@ pub fn matmul(call: &mut Call) -> OperatorResult {
     Ok(vec![made.reshaped(shape)])
 }
 
-/// Translates the product of the last two dimensions, with a bias per column if it is constant.
+/// Translates the product over the last two dimensions, with a bias per column if it is constant.
 fn matrices(call: &mut Call, a: &Value, b: &Value, bias: Option<Vec<f32>>) -> Result<Value, String> {
     let (ra, rb) = (a.shape.len(), b.shape.len());
     let (m, k, n) = (a.shape[ra - 2], a.shape[ra - 1], b.shape[rb - 1]);
@@ -113,7 +113,8 @@ fn matrices(call: &mut Call, a: &Value, b: &Value, bias: Option<Vec<f32>>) -> Re
     Ok(made)
 }
 
-/// Translates `rows` products with the same weights. A row whose length is not a multiple of a vector is computed in a temporary row.
+/// Translates `rows` products with the same weights. A row whose length is not a multiple of the vector length is computed in a temporary
+/// row.
 pub fn rows_of(
     program: &mut Program,
     a: &Value,

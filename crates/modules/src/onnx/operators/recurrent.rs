@@ -5,14 +5,14 @@ use super::{Call, OperatorResult};
 use crate::onnx::program::LANES;
 use crate::onnx::value::Value;
 
-/// Sizes and weights common to all of them.
+/// Sizes and weights common to all recurrent operators.
 struct Cell {
     x: Value,
     steps: usize,
     batch: usize,
     inputs: usize,
     hidden: usize,
-    /// `hidden` rounded up to whole vectors: each gate starts at a multiple.
+    /// `hidden` rounded up to whole vectors; each gate starts at a multiple of it.
     padded: usize,
     is_batch_first: bool,
     w: Vec<f32>,
@@ -62,7 +62,7 @@ impl Cell {
         call.program.packed(all.collect())
     }
 
-    /// Makes a state with rows of whole vectors, from an optional input.
+    /// Creates a state whose rows are padded to whole vectors, from an optional input.
     fn state(&self, call: &mut Call, at: usize) -> Result<Value, String> {
         let state = call.program.value(&[self.batch, self.padded]);
         let y = call.program.name(&state)?;
@@ -90,7 +90,7 @@ impl Cell {
         Ok(made)
     }
 
-    /// Adds the loop over steps and rows around `body`, which reads its input at `x` and writes its output to `h`; returns the whole
+    /// Adds the loop over steps and rows around `body`, which reads its input from `x` and writes its output to `h`; returns the whole
     /// sequence.
     fn run(&self, call: &mut Call, h: &Value, others: &[&Value], body: &str) -> Result<Value, String> {
         let shape = if self.is_batch_first { [self.batch, self.steps, 1, self.hidden] } else { [self.steps, 1, self.batch, self.hidden] };

@@ -45,7 +45,7 @@ pub fn reduce(call: &mut Call) -> OperatorResult {
     Ok(vec![made])
 }
 
-/// Evaluates a reduction of a shape at translation.
+/// Evaluates a reduction of a shape at translation time.
 fn reduce_known(operator: &str, row: &[i64]) -> Option<i64> {
     match operator {
         "ReduceProd" => row.iter().try_fold(1i64, |product, &i| product.checked_mul(i)),

@@ -23,7 +23,7 @@ import { useSlices } from "./slices";
 import { type WireEdge, WireView } from "./WireView";
 
 const boxViews = { box: BoxView, region: RegionView };
-/** Prefix of regions, which no box name has. */
+/** Prefix of region ids, which no box name has. */
 const REGION = "region\n";
 const wireViews = { wire: WireView };
 
@@ -34,24 +34,24 @@ export interface CanvasProps {
   choose: (chosen: Selection) => void;
   /** Opens or closes a nested graph. */
   toggle?: (box: string) => void;
-  /** Objects for *Find* that are not drawn. */
+  /** Objects that *Find* offers although they are not drawn. */
   elsewhere?: Elsewhere | undefined;
   /** Background areas of the boxes: interrupt sources, instances. */
   regions?: Region[] | undefined;
   /** Box to be centred, once per object. */
   aim?: { box: string | null } | null;
-  /** Identity of the drawing: when it changes, the whole drawing is fitted into view. */
+  /** Identity of the drawing. When it changes, the whole drawing is fitted into view. */
   of: string;
-  /** Called when a box was dragged; boxes can be dragged only if it is given. */
+  /** Called when a box has been dragged; if undefined, boxes cannot be dragged. */
   move?: ((box: string, to: Place) => void) | undefined;
   edit?: {
     connect: (from: End, to: End) => void;
-    /** Called when a wire begins at this port; null when it ends. */
+    /** Called with the port at which a wire starts, and with null when the wire ends. */
     begin: (from: (End & { side: PortSide }) | null) => void;
     isPossible: (from: End, to: End) => boolean;
-    /** Called when a wire is dropped on a port where it is impossible. */
+    /** Called when a wire is dropped on a port at which it cannot end. */
     refuse: (from: End, to: End) => void;
-    /** Called when a wire is dropped on an empty place; `seen` is relative to the corner of the canvas, px. */
+    /** Called when a wire is dropped on empty canvas; `seen` is relative to the corner of the canvas, px. */
     dangle: (from: End & { side: PortSide }, at: Place, seen: Place) => void;
     remove: (boxes: string[], wires: string[]) => void;
     drop: (what: string, at: Place) => void;
@@ -167,7 +167,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
   const open = (id: string) => {
     if (drawing.boxes.find((box) => box.id === id)?.opens) toggle?.(id);
   };
-  /** Enter opens the selected box; the first Enter only selects it. */
+  /** Handles keys: Enter selects a box, and opens it if it is already selected. */
   const press = (event: KeyboardEvent) => {
     const box = (event.target as HTMLElement).closest<HTMLElement>(".react-flow__node");
     if (event.key === "Enter" && event.target === box && chosen?.kind === "box" && box?.dataset.id === nodeId(chosen.id)) open(chosen.id);

@@ -8,26 +8,30 @@ import { useMiddle } from "./Middle";
 /** Object that can be found in a drawing: a box, a port of a box, or a cell. */
 export interface Findable {
   text: string;
-  /** "gain", "port", "cell", … */
+  /** Kind of the object: "gain", "port", "cell", … */
   about: string;
-  /** The box that is shown; for a wire, the one at its start. */
+  /** Box to be shown; for a wire, the box at its start. */
   box: string;
   chosen: NonNullable<Selection>;
-  /** Key of the object, equal whether it is drawn or inside a closed graph. */
+  /** Key of the object; the same whether the object is drawn or inside a closed graph. */
   key: string;
-  /** For an object that is not drawn, its location, and a function that opens it. */
+  /** Location of an object that is not drawn, and a function that opens it. */
   within?: { text: string; open: () => void };
 }
 
-/** Objects that are not drawn: in closed or enclosing graphs, or hidden instances. They are listed only during a search. */
+/**
+ * Objects that are not drawn because they are in closed or enclosing graphs, or in hidden instances. They are listed only during a
+ * search.
+ */
 export interface Elsewhere {
-  /** Mark that distinguishes the drawing's own objects from those of the same name elsewhere. */
+  /** Mark that distinguishes the drawing's own objects from those with the same name elsewhere. */
   here: string;
   list: () => Findable[];
 }
 
 /**
- * Returns the objects that match `typed`, best first: labels, blocks, ports, SVVs and cells. Of equal matches, drawn objects are first.
+ * Returns the objects that match `typed`, best first: labels, blocks, ports, SVVs and cells. Among equal matches, drawn objects come
+ * first.
  */
 export function foundIn(of: readonly Findable[], typed: string): Findable[] {
   if (typed.trim() === "") return [];
@@ -38,7 +42,7 @@ export function foundIn(of: readonly Findable[], typed: string): Findable[] {
   return scored.sort((a, b) => b.score - a.score).map(({ one }) => one);
 }
 
-/** Returns the objects of a drawing that can be found; `here` distinguishes them from objects of the same name elsewhere. */
+/** Returns the objects of a drawing that can be found; `here` distinguishes them from objects with the same name elsewhere. */
 export function findables(drawing: Drawing, here = ""): Findable[] {
   const named = (text: string, about: string, box: string, chosen: NonNullable<Selection>): Findable => ({
     text,
@@ -64,8 +68,8 @@ export function findables(drawing: Drawing, here = ""): Findable[] {
 }
 
 /**
- * Searches the drawing and its closed graphs. Ctrl+F or `/` opens the search. Enter steps to the next match, Shift+Enter to the
- * previous; the match is opened and centred.
+ * Searches the drawing and its closed graphs. Ctrl+F or `/` opens the search. Enter moves to the next match, Shift+Enter to the previous
+ * one; the match is opened and centred.
  */
 export function Find(props: {
   drawing: Drawing;

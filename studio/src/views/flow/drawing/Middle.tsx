@@ -3,10 +3,10 @@ import { useReactFlow, useStoreApi } from "@xyflow/react";
 import { useCallback, useEffect } from "react";
 import { type Box, type Drawing, type Place, sizeOf } from "./drawing";
 
-/** Minimum zoom for a box that is shown on request. */
+/** Minimum zoom when a box is shown on request. */
 const ZOOM_LEAST = 1;
 
-/** Targets that were already shown, and are not shown again when the drawing reappears. */
+/** Targets that have already been shown; they are not shown again when the drawing reappears. */
 const shown = new WeakSet<object>();
 
 /** Centres a box as soon as it is drawn, once for each object passed. */
@@ -22,7 +22,7 @@ export function Middle(props: { of: { box: string | null } | null; drawing: Draw
   return null;
 }
 
-/** Returns a function that centres a box and then calls `done`; its result cancels this while pending. */
+/** Returns a function that centres a box and then calls `done`. The function that it returns in turn cancels this while it is pending. */
 export function useMiddle(): (box: Box, place: Place, done: () => void) => () => void {
   const flow = useReactFlow();
   const store = useStoreApi();

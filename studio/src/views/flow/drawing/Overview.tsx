@@ -12,11 +12,11 @@ import {
 import { type CSSProperties, useEffect, useMemo, useRef } from "react";
 import { type Box, type Place, sizeOf } from "./drawing";
 
-/** Minimum number of boxes for which a map is shown. */
+/** Minimum number of boxes for which an overview map is shown. */
 const MAP_FROM = 12;
 export const ZOOM_MIN = 0.1;
 export const ZOOM_MAX = 2;
-/** Zoom below which the text of a box is illegible: only titles are shown, with a size of `FAR_PX` on the screen. */
+/** Zoom below which the text of a box is illegible, so that only titles are shown, `FAR_PX` high on the screen. */
 const FAR = 0.62;
 const [BESIDE_ZOOM, BELOW_FIND] = [64, 64];
 /** Minimum visible size of a box, px. */
@@ -24,12 +24,12 @@ const SEEN = 20;
 const FAR_PX = 10;
 /** Width of a letter and height of a line, relative to the size of titles, and margin of a box. */
 const [LETTER, LINE, EDGE] = [0.66, 1.2, 14];
-/** Minimum zoom of the whole drawing, and its step. */
+/** Minimum zoom at which the whole drawing is shown, and the step of the search for it. */
 const [WHOLE_MIN, STEP] = [0.3, 0.02];
-/** Fit of the whole drawing: not enlarged, and clear of the zoom buttons. */
+/** Options for fitting the whole drawing into view: not enlarged, and not covered by the zoom buttons. */
 export const FIT = { maxZoom: 1, padding: { x: "24px", y: "24px", left: `${BESIDE_ZOOM}px` } } satisfies FitViewOptions;
 
-/** A map of the whole drawing, if some of it is out of view. */
+/** An overview map of the whole drawing, shown if part of it is out of view. */
 export function Overview(props: { boxes: Box[]; places: ReadonlyMap<string, Place> }) {
   const { boxes, places } = props;
   const { x, y, width, height } = boundsOf(boxes, places);
@@ -41,7 +41,7 @@ export function Overview(props: { boxes: Box[]; places: ReadonlyMap<string, Plac
   return <MiniMap pannable zoomable ariaLabel="Overview map" nodeColor="var(--line-strong)" />;
 }
 
-/** Returns a style with the size of titles if the drawing is zoomed out too far; null if it is legible. */
+/** Returns a style with the size of titles if the drawing is zoomed out too far to be legible; otherwise null. */
 export function useFar(): CSSProperties | null {
   // Quantized, so that not each turn of the wheel lays out every title again.
   const steps = useStore(({ transform: [, , zoom] }) => (zoom < FAR ? Math.round(zoom * 20) : null));
@@ -49,8 +49,8 @@ export function useFar(): CSSProperties | null {
 }
 
 /**
- * Fits the whole drawing into view when `of` changes. If that is illegible, the view begins at the upper left corner. If a resized
- * window contains no box, the first one is shown.
+ * Fits the whole drawing into view when `of` changes. If it would be illegible, the view starts at the upper left corner. If a resized
+ * window contains no box, the first box is shown.
  */
 export function useFitting(of: string, boxes: Box[], places: ReadonlyMap<string, Place>): void {
   const flow = useReactFlow();
@@ -82,7 +82,7 @@ export function useFitting(of: string, boxes: Box[], places: ReadonlyMap<string,
   }, [of, boxes, places, isReady, width, height, flow, store]);
 }
 
-/** Returns the view that begins at a position of the drawing, clear of the buttons. */
+/** Returns the view that starts at a position of the drawing and is not covered by the buttons. */
 function begunAt(place: Place, zoom: number): Viewport {
   return { x: BESIDE_ZOOM - place.x * zoom, y: BELOW_FIND - place.y * zoom, zoom };
 }
@@ -93,7 +93,10 @@ function isInSight(box: { x: number; y: number; height: number }, { x, y, zoom }
   return left > 0 && left < width - SEEN && top > 0 && top + (box.height / 2) * zoom < height - SEEN;
 }
 
-/** Returns the minimum zoom at which the titles of all boxes are legible. Only the beginning of a larger drawing is shown. */
+/**
+ * Returns the minimum zoom at which the titles of all boxes are legible. If the drawing is too large to fit at that zoom, only its
+ * beginning is shown.
+ */
 export function legibleFrom(boxes: Box[]): number {
   for (let zoom = WHOLE_MIN; zoom < FAR; zoom += STEP) if (boxes.every((box) => isLegible(box, zoom))) return zoom;
   return FAR;

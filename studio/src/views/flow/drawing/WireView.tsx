@@ -6,7 +6,7 @@ import { portText, type Wire } from "./drawing";
 
 export type WireEdge = Edge<{ wire: Wire }, "wire">;
 
-/** A wire with its present value, or with its findings. */
+/** A wire with its current value, or with its findings. */
 export const WireView = memo(function WireView(props: EdgeProps<WireEdge>) {
   const wire = props.data?.wire;
   const [path, x, y] = getBezierPath(props);

@@ -25,7 +25,7 @@ export interface Box {
   about: string;
   doc: string;
   ports: Port[];
-  /** The interrupt source that runs the block, for its colour; null if it is not placed. */
+  /** Interrupt source that runs the block, which determines its colour; null if the block is not placed. */
   source: string | null;
   /** Findings about the box or one of its ports, in words. */
   findings: PortFinding[];
@@ -41,7 +41,7 @@ export interface PortFinding {
   key: string;
 }
 
-/** End of a wire. */
+/** One end of a wire. */
 export interface End {
   box: string;
   port: string;
@@ -51,13 +51,13 @@ export interface Wire {
   id: string;
   from: End;
   to: End;
-  /** Name of the cell, shown at its middle. */
+  /** Name of the cell, shown at the middle of the wire. */
   cell: string;
-  /** Name under which the present value can be read; null if it cannot. */
+  /** Name under which the current value can be read; null if it cannot be read. */
   live: string | null;
   type_text: string;
   unit: string;
-  /** Synchronous relations are drawn solid, asynchronous ones dashed. */
+  /** Mode of the relation: synchronous wires are drawn solid, asynchronous ones dashed. */
   mode: string;
   findings: string[];
 }
@@ -72,7 +72,7 @@ export interface Place {
   y: number;
 }
 
-/** Sizes of a box, px; the layout needs them before anything is rendered. */
+/** Sizes of the parts of a box, px; the layout needs them before the box is rendered. */
 export const HEAD = 42;
 export const ROW = 20;
 const FOOT = 6;
@@ -94,7 +94,7 @@ export function sizeOf(box: Box): { width: number; height: number } {
   return { width: Math.min(320, Math.max(96, Math.ceil(letters * LETTER + 24))), height: HEAD + rows * ROW + FOOT };
 }
 
-/** Returns the distance of a port's centre from the upper edge of its box. */
+/** Returns the distance of a port's centre from the top edge of its box. */
 export function portAt(box: Box, port: Port): number {
   const row = box.ports.filter((one) => one.side === port.side).indexOf(port);
   return HEAD + row * ROW + ROW / 2;

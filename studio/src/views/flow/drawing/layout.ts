@@ -15,11 +15,12 @@ const OPTIONS = {
   "elk.separateConnectedComponents": "true",
 };
 
-/** Distance between boxes without a layout, px. */
+/** Distance between boxes that have no position, px. */
 const IN_A_ROW = 340;
 
 /**
- * Returns positions for all boxes of a drawing, from left to right along the data; in one row if the layout engine refuses the drawing.
+ * Returns positions for all boxes of a drawing, from left to right along the data flow; in one row if the layout engine rejects the
+ * drawing.
  */
 export async function arrange(drawing: Drawing): Promise<Map<string, Place>> {
   try {
@@ -30,7 +31,7 @@ export async function arrange(drawing: Drawing): Promise<Map<string, Place>> {
   }
 }
 
-/** Converts a drawing for the layout engine, with every port at a fixed position. */
+/** Converts a drawing to the layout engine's input, with every port at a fixed position. */
 export function problemOf(drawing: Drawing): ElkNode {
   const layers = { "elk.layered.spacing.nodeNodeBetweenLayers": drawing.wires.some(({ live }) => live !== null) ? WITH_VALUES : WITHOUT };
   const children = drawing.boxes.map((box) => {
@@ -57,13 +58,13 @@ function portId(box: string, side: string, port: string): string {
   return `${box}\n${side}\n${port}`;
 }
 
-/** Padding of a region, px; the title is above the boxes. */
+/** Padding of a region, px; the title is above its boxes. */
 const ROOM = "[top=64,left=20,bottom=20,right=20]";
 const PACKED = { "elk.algorithm": "rectpacking", "elk.aspectRatio": "1.5", "elk.spacing.nodeNode": "40" };
 
 /**
- * Arranges a drawing in regions side by side, each with its boxes along the data. `regionOf` returns the title of a box's region. Wires
- * between regions do not affect the layout. Returns null if the layout engine refuses the drawing.
+ * Arranges a drawing in regions side by side, with the boxes of each arranged along the data flow. `regionOf` returns the title of a
+ * box's region. Wires between regions do not affect the layout. Returns null if the layout engine rejects the drawing.
  */
 export async function arrangeIn(drawing: Drawing, regionOf: (box: Box) => string): Promise<GroupedDrawing | null> {
   const of = new Map(drawing.boxes.map((box) => [box.id, regionOf(box)]));

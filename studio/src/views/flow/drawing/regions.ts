@@ -2,7 +2,7 @@
 // A drawing by interrupt sources: one column each, with the boxes that run there.
 import { type Box, type Place, sizeOf } from "./drawing";
 
-/** An area of the drawing for the boxes of an interrupt source; a null `source` is for boxes that are not placed. */
+/** An area of the drawing for the boxes of an interrupt source; if `source` is null, for boxes that are not placed. */
 export interface Region {
   source: string | null;
   title: string;
@@ -18,13 +18,13 @@ export interface GroupedDrawing {
   places: Map<string, Place>;
 }
 
-/** Maximum number of boxes in a column of a region; further boxes start another column. */
+/** Maximum number of boxes in a column of a region; further boxes start a new column. */
 const IN_A_COLUMN = 12;
 const [GAP, HEAD, PAD, NARROWEST, LOWEST] = [60, 64, 20, 180, 160];
 
 /**
- * Arranges the boxes in a region for each source, from left to right, and one for boxes that are not placed. Each region is filled from
- * the top.
+ * Arranges the boxes in one region per source, from left to right, and one region for boxes that are not placed. Each region is filled
+ * from the top.
  */
 export function grouped(
   boxes: readonly Box[],

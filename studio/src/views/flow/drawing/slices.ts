@@ -4,7 +4,7 @@ import { useEffect, useMemo, useState } from "react";
 /** Number of boxes or wires added per animation frame. */
 const SLICE = 25;
 
-/** Returns the first items, and more with each animation frame, so that the page stays responsive while a large drawing loads. */
+/** Returns the first items, and more in each animation frame, so that the page stays responsive while a large drawing loads. */
 export function useSlices<T>(all: T[]): T[] {
   const [shown, setShown] = useState(SLICE);
   const isAll = shown >= all.length;

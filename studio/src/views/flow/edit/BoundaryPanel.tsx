@@ -7,7 +7,7 @@ import { type Draft, setsOf } from "./definition";
 import { boundaryOf } from "./drawn";
 import { freePlace } from "./places";
 
-/** Adds ports of a graph, or instantiation parameters of a verb. */
+/** Buttons that add ports to a graph, or instantiation parameters to a verb. */
 export function Boundaries(props: { draft: Draft; put: (draft: Draft) => void }) {
   const { draft, put } = props;
   const kinds = draft.kind === "graph" ? (["inputs", "outputs"] as const) : (["instantiation_parameters"] as const);
@@ -23,7 +23,7 @@ export function Boundaries(props: { draft: Draft; put: (draft: Draft) => void })
   ));
 }
 
-/** Name of the selected port of the graph or instantiation parameter. */
+/** Panel for the name of the selected port of the graph or instantiation parameter. */
 export function BoundaryPanel(props: { draft: Draft; box: string; put: (draft: Draft) => void; choose: (box: string) => void }) {
   const { draft, box, put } = props;
   const set = boundaryOf(draft, box);
@@ -50,7 +50,7 @@ export function BoundaryPanel(props: { draft: Draft; box: string; put: (draft: D
   );
 }
 
-/** Target of the selected wire: a port of the graph, an instantiation parameter, or a cell. */
+/** Panel for the target of the selected wire: a port of the graph, an instantiation parameter, or a cell. */
 export function WirePanel(props: { draft: Draft; wire: Wire | undefined; put: (draft: Draft) => void; choose: (box: string) => void }) {
   const { draft, wire, put, choose } = props;
   const box = wire && [wire.from.box, wire.to.box].find((one) => boundaryOf(draft, one));
@@ -58,7 +58,7 @@ export function WirePanel(props: { draft: Draft; wire: Wire | undefined; put: (d
   return <CellPanel draft={draft} wire={wire} put={put} />;
 }
 
-/** Name of the cell of a wire. */
+/** Panel for the name of a wire's cell. */
 function CellPanel(props: { draft: Draft; wire: Wire | undefined; put: (draft: Draft) => void }) {
   const { draft, wire, put } = props;
   const ports = wire && setsOf(draft, "cells")[wire.cell];

@@ -15,20 +15,20 @@ import type { WireStart } from "./offered";
 import { WireField } from "./WireField";
 import { constantOf, constantText } from "./written";
 
-/** A block of the draft: its label, constants, ports and conditions. */
+/** Panel of a block of the draft: its label, constants, ports and conditions. */
 export function BoxPanel(props: {
   draft: Draft;
   label: string;
   faces: Faces;
   change: (draft: Draft) => void;
   choose: (label: string) => void;
-  /** Offers possible ends of a wire from a port. */
+  /** Offers the possible ends of a wire from a port. */
   offer: (from: WireStart) => void;
   /** Opens a nested graph. */
   enter: (label: string) => void;
-  /** Names of existing graphs, so that a copy made for one use gets an unused name. */
+  /** Names of existing graphs, so that a copy made for one use can be given an unused name. */
   graphs: string[];
-  /** Interrupt sources of the system, and the one on which the block is to run; null for the one given at the start. */
+  /** Interrupt sources of the system, and the source on which the block is to run; null for the source specified at the start. */
   sources: string[];
   source: string | null;
   runOn: (source: string | null) => void;

@@ -3,7 +3,7 @@ import { Panel } from "../../../design/parts";
 import type { UnreadField } from "../../../design/unread";
 import { about, type Finding } from "./findings";
 
-/** All findings about the draft. Pressing a finding leads to its location. */
+/** All findings about the draft. Pressing a finding shows its location. */
 export function Checks(props: { of: Finding[]; unread: UnreadField[]; isEmpty: boolean; aim: (finding: Finding) => void }) {
   const { unread, aim } = props;
   const findings = [...new Map(props.of.map((finding) => [about(finding), finding])).entries()];

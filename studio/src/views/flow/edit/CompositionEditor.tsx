@@ -75,7 +75,7 @@ function said(one: Refusal): string {
   return one.remedy ? `${one.message}; ${one.remedy}` : one.message;
 }
 
-/** Verbs of the file and of the system that can be parts. */
+/** Verbs of the file and of the system that can become parts. */
 function Verbs(props: { draft: ComposedDefinition; add: (name: string, part?: Part) => void }) {
   const { draft, add } = props;
   const [wrong, setWrong] = useState<Refusal[]>([]);
@@ -118,7 +118,7 @@ function isWithin(draft: ComposedDefinition, name: string, depth = 0): boolean {
   return Object.values(part.of.parts).some((inner) => isWithin(draft, inner, depth + 1));
 }
 
-/** Returns the verb that the system makes of the composition, or the errors. It is repeated a moment after each change. */
+/** Returns the verb that the system creates from the composition, or the errors. The query is repeated a moment after each change. */
 function useComposed(draft: ComposedDefinition): { verb: VerbRequest | null; found: Refusal[] } {
   const control = useLive();
   const [answer, setAnswer] = useState<{ verb: VerbRequest | null; found: Refusal[] }>({ verb: null, found: [] });

@@ -5,7 +5,7 @@ import { Refusals } from "../../../design/parts";
 import { download } from "./file";
 import { forgetKept, forgetUnread, keptText, unreadText } from "./history";
 
-/** Catches the failure of a draft that cannot be shown: it is offered as a file, and a new one is started. */
+/** Error boundary for a draft that cannot be shown: offers it as a file, and starts a new draft. */
 export class DraftBoundary extends Component<{ children: ReactNode }, { failure: unknown }> {
   override state: { failure: unknown } = { failure: null };
 
@@ -44,7 +44,7 @@ export class DraftBoundary extends Component<{ children: ReactNode }, { failure:
   }
 }
 
-/** A stored draft that could not be read. */
+/** Notice about a stored draft that could not be read. */
 export function UnreadDraft() {
   const [text, setText] = useState(unreadText);
   if (text === null) return null;

@@ -4,7 +4,7 @@ import { FlowEditor } from "./FlowEditor";
 import { useDraft } from "./history";
 import { useUndoKeys } from "./undoKeys";
 
-/** Editor of graphs, verbs and compositions. The system only receives queries until a person installs the definition. */
+/** Editor of graphs, verbs and compositions. The system receives only queries until a person installs the definition. */
 export default function Editor() {
   const work = useDraft();
   useUndoKeys(work.back, work.again);

@@ -8,7 +8,7 @@ import type { OpenedFile } from "./history";
 import { draftOf, withoutSources } from "./reading";
 import { SystemVerb } from "./SystemVerb";
 
-/** Returns the verbs and compositions of a file, and of the draft, from which a composition can be made. */
+/** Returns the verbs and compositions of a file and of the draft that can become parts of a composition. */
 function partsAt(draft: DrawnDefinition, found: DrawnDefinition[]): Record<string, Part> {
   const parts = found.flatMap((one): [string, Part][] => {
     if (one.kind === "graph") return [];
@@ -42,7 +42,7 @@ export function FileTools(props: {
     }
   };
   const found = useMemo(() => (props.file ? draftsOf(props.file.text) : []), [props.file]);
-  /** Switches to another definition of the file. Changes to the present one are kept in the file. */
+  /** Switches to another definition in the file. Changes to the current one are kept in the file. */
   const change = (wanted: string) => {
     if (!props.file) return;
     setWrong([]);

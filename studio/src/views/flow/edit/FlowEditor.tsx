@@ -40,7 +40,7 @@ import { Where } from "./Where";
 
 type EditorView = "flow" | "lists";
 const NOTHING: Drawing = { boxes: [], wires: [] };
-/** Position of an offer that was requested with the keyboard, relative to the corner of the canvas, px. */
+/** Position at which offers requested from the keyboard appear, relative to the corner of the canvas, px. */
 const BY_KEYBOARD: Place = { x: 80, y: 60 };
 
 /** Editor of a graph or verb, and of its nested graphs. */
@@ -341,7 +341,7 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
   );
 }
 
-/** The command lists of a verb as states. Drawing an arrow between two adds a transition. */
+/** The command lists of a verb as states. Drawing an arrow between two states adds a transition. */
 function VerbStates(props: {
   draft: VerbDraft;
   findings: Finding[];
@@ -388,13 +388,13 @@ function coloured(drawing: Drawing, sourceOf: (label: string) => string | null):
   return { ...drawing, boxes: drawing.boxes.map((box) => (box.kind === "boundary" ? box : { ...box, source: sourceOf(box.id) })) };
 }
 
-/** Returns why two ports cannot be wired. An unbound boundary accepts any type, because it has none of its own. */
+/** Returns the reason why two ports cannot be wired. An unbound boundary accepts any type, because it has no type of its own. */
 function whyNot(draft: Draft, possible: Possible, from: End, to: End): string | null {
   if ([from, to].some((end) => boundaryOf(draft, end.box)?.ports.length === 0)) return null;
   return possible.reason(placeOf(draft, from), placeOf(draft, to));
 }
 
-/** Returns a position next to a box, on the side of the port. */
+/** Returns a position next to a box, on the same side as the port. */
 function besideOf(draft: Draft, from: WireStart): Place {
   const at = own(draft.of.layout, from.box);
   return at ? { x: at.x + (from.side === "output" ? 260 : -260), y: at.y } : freePlace(draft);

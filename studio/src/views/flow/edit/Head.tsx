@@ -12,10 +12,10 @@ export type Working = ReturnType<typeof useDraft>;
 
 const KINDS: Record<DrawnDefinition["kind"], string> = { graph: "Graph", verb: "Verb", composition: "Composition" };
 
-/** The tools above the drawing: name, purpose, undo and redo, files. `children` are those of the specific editor. */
+/** The toolbar above the drawing: name, purpose, undo and redo, files. `children` are the tools of the specific editor. */
 export function Head(props: {
   work: Working;
-  /** Definition whose name is shown: the whole, or the nested graph that is open. */
+  /** Definition whose name is shown: the whole, or the open nested graph. */
   of: DrawnDefinition;
   put: (text: { name?: string; doc?: string }) => void;
   trouble: Refusal[];

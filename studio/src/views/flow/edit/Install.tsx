@@ -11,7 +11,7 @@ import { type Placement, patternsOf } from "./placement";
 import { begin, end, keepTrial, keptTrial, type Trial, type TrialRequest } from "./trial";
 import { constantOf, everyOf } from "./written";
 
-/** Installs the draft in the running system. The system refuses a change that would affect a running verb, and names it. */
+/** Installs the draft in the running system. The system refuses a change that would affect a running verb, and names that verb. */
 export function Install(props: { draft: Draft; placement: Placement; faces: Faces; isSound: boolean }) {
   const { draft, placement, isSound } = props;
   const control = useLive();
@@ -169,7 +169,7 @@ function InputField(props: { name: string; svvs: string[]; put: (given: TrialReq
   );
 }
 
-/** Returns the interrupt sources and SVVs of the system. */
+/** Returns the interrupt sources and SVVs that exist in the system. */
 function useThere(): { sources: string[]; svvs: string[] } {
   const control = useLive();
   const [there, setThere] = useState<{ sources: string[]; svvs: string[] }>({ sources: [], svvs: [] });

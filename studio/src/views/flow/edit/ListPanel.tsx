@@ -189,7 +189,7 @@ function withOrWithout(command: Command, key: "budget_ns" | "tunable", value: un
   return value === null ? rest : { ...rest, [key]: value };
 }
 
-/** Reads a wait: "0.5 s", "near.done, near.lost", or empty. */
+/** Parses a wait: "0.5 s", "near.done, near.lost", or empty. */
 export function waitOf(text: string): Command {
   const time_ns = timeOrNull(text);
   if (time_ns !== null) return { command: "wait", time_ns };

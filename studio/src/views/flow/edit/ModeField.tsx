@@ -2,7 +2,7 @@
 import { TextField } from "../../../design/TextField";
 import type { Mode } from "./definition";
 
-/** Relation of a port's values to its block's invocations: that of the block, or one specified here. */
+/** Relation between a port's values and its block's invocations: either the one that the block declares, or one specified here. */
 export function ModeField(props: { of: string; declared: string; mode: Mode | undefined; put: (mode: Mode | undefined) => void }) {
   const { mode, put } = props;
   const kind = mode === undefined ? "" : typeof mode === "string" ? mode : "ratio";

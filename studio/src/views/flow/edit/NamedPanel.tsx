@@ -11,19 +11,19 @@ export type VerbDraft = Draft & { kind: "verb" };
 /** Named items of a verb, which can be added, renamed and removed; each shows its findings. */
 export function NamedPanel<T>(props: {
   title: string;
-  /** Word for an item. */
+  /** Word for an item of this kind. */
   one: string;
   /** Kind of the location in a finding, such as `condition`. */
   place: string;
   draft: VerbDraft;
   of: Record<string, T>;
-  /** New item, with its name if that is not taken. */
+  /** New item, with its name if that name is free. */
   fresh: [string, T];
   set: (draft: Draft, name: string, value: T | null) => Draft;
-  /** Renames an item in all references to it. */
+  /** Renames an item, including all references to it. */
   rename: (draft: VerbDraft, name: string, to: string) => Draft;
   change: (draft: Draft) => void;
-  /** Suggestions for its fields, which refer to them by the id passed as `list`. */
+  /** Suggestions for the item's fields, which refer to the suggestions by the id passed as `list`. */
   choices: string[];
   fields: (value: T, put: (value: T) => void, list: string) => ReactNode;
   found: (name: string) => Finding[];

@@ -8,7 +8,7 @@ import type { Draft, Graph } from "./definition";
 import type { Faces } from "./faces";
 import { fitting, offered, type PortAnswer, questionOf, tried, type WireOffer, type WireStart } from "./offered";
 
-/** Choice of the ends that a wire may have, as determined by the system. */
+/** Choice of the possible ends of a wire, as determined by the system. */
 export function Offer(props: {
   draft: Draft;
   faces: Faces;

@@ -5,8 +5,8 @@ import type { Graph } from "./definition";
 import type { Face, Faces } from "./faces";
 
 /**
- * The component data base: blocks by module and category, which are dragged into the drawing, or added with a click or Enter. Graphs of
- * the file and of the draft are blocks too; `addGraph(null)` adds an empty graph.
+ * The component data base: blocks by module and category, which a person drags into the drawing, or adds with a click or Enter. Graphs
+ * of the file and of the draft are blocks too; `addGraph(null)` adds an empty graph.
  */
 export function Palette(props: { faces: Faces; graphs: Graph[]; add: (block: string) => void; addGraph: (graph: Graph | null) => void }) {
   const [sought, setSought] = useState("");
@@ -64,7 +64,7 @@ export function Palette(props: { faces: Faces; graphs: Graph[]; add: (block: str
   );
 }
 
-/** Returns the faces whose name or description contains every word of the search, by category. */
+/** Returns the faces whose name or description contains every search word, by category. */
 export function grouped(faces: Faces, sought: string): Map<string, Face[]> {
   const groups = new Map<string, Face[]>();
   for (const face of faces.values()) {

@@ -7,12 +7,12 @@ import { useLatest } from "../../../design/useLatest";
 import { useLive } from "../../../shell/context";
 
 /**
- * Selects a verb of the system and takes its definition. `take` may throw; `failed` receives the errors, and an empty list at each new
- * selection.
+ * Selects a verb of the system and passes its definition to `take`, which may throw. `failed` receives the errors, and an empty list at
+ * each new selection.
  */
 export function SystemVerb(props: {
   label: string;
-  /** Text without a selection. */
+  /** Text shown while nothing is selected. */
   first: string;
   without?: readonly string[];
   take: (name: string, defined: VerbForm["defined"]) => void;

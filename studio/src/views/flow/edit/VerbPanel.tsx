@@ -12,7 +12,7 @@ import { constantText, givenOf, withinOf, words } from "./written";
 
 type OfVerb = { draft: VerbDraft; faces: Faces; device_types: string[]; findings: Finding[]; change: (draft: Draft) => void };
 
-/** Text for a condition that is a normal end but returns no output value. */
+/** Text for a condition that is a normal end but returns no output values. */
 const NONE = "nothing";
 
 /** Members of a verb other than its blocks: lists, conditions, transitions, parameters, results. */
@@ -265,7 +265,7 @@ function Inputs(props: OfVerb) {
   );
 }
 
-/** Suggested classes with which a start may be refused; the system accepts any of its classes. */
+/** Suggested exception classes with which a start can be refused; the system accepts any of its own. */
 const REFUSED_WITH = ["NotHomed", "NotEnabled", "InvalidState", "OutOfRange", "DeviceFailed", "NotAllowed"];
 
 function Requirements(props: OfVerb) {

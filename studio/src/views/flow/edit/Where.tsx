@@ -2,7 +2,7 @@
 import type { Draft } from "./definition";
 import type { Way } from "./nested";
 
-/** The path to the open graph, from the outside in; each step leads back to that graph. */
+/** The path to the open graph, from the outside in; each step opens its graph. */
 export function Where(props: { whole: Draft; way: Way; go: (way: Way) => void }) {
   const { whole, way, go } = props;
   if (way.length === 0) return null;

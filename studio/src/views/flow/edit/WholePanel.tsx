@@ -11,7 +11,7 @@ import { everyOf } from "./written";
 
 const CUT_OFF = ["halt", "continue", "safe"];
 
-/** Properties of the whole verb: its initial list and ending, its behaviour if cut off, manual mode. */
+/** Properties of the whole verb: its initial list and ending, its behaviour when cut off, manual mode. */
 export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => void }) {
   const { draft, change } = props;
   const { command_lists, initial, ending, ending_limit_ns, if_cut_off, manual } = draft.of;
@@ -75,7 +75,7 @@ export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => 
   );
 }
 
-/** Suspension of the verb: at once, with safe outputs, or after its blocks have come to rest. */
+/** Field for the suspension of the verb: immediately, with safe outputs, or after its blocks have come to rest. */
 function SuspendField(props: { draft: VerbDraft; change: (draft: Draft) => void }) {
   const { draft, change } = props;
   const ways = holdingOf(draft.of.suspend);

@@ -9,7 +9,7 @@ import { type Draft, definitionOf } from "./definition";
 import type { Faces } from "./faces";
 import type { PortAnswer, WireStart } from "./offered";
 
-/** Returns the other ends that a wire from a port may have: those in the system's answer, and every unbound boundary. */
+/** Returns the possible other ends of a wire from a port: those in the system's answer, and every unbound boundary. */
 export function otherEnds(draft: Draft, side: PortSide, answered: PortAnswer[]): Map<string, string | NamedSet> {
   const ends = new Map<string, string | NamedSet>();
   for (const { block, port, reason } of answered) if (block !== "" && reason === null) ends.set(`${block}.${port}`, `${block}.${port}`);
@@ -23,7 +23,7 @@ export function otherEnds(draft: Draft, side: PortSide, answered: PortAnswer[]):
   return ends;
 }
 
-/** Draws a wire without a mouse: the system is queried for possible ends, one of which is selected. */
+/** Field for drawing a wire without a mouse: the system is queried for possible ends, one of which is selected. */
 export function WireField(props: {
   draft: Draft;
   label: string;

@@ -12,7 +12,7 @@ export interface Aim {
   way: Way;
   shown: "flow" | "lists";
   chosen: Selection;
-  /** Box that is centred. */
+  /** Box to be centred. */
   box: string | null;
   list: string | null;
   /** `data-place` of the field next to the drawing. */

@@ -23,7 +23,7 @@ import { SET_KINDS, setsOf } from "./definition";
 import { type Faces, inner, sideOf, splitPort } from "./faces";
 import { holdingOf } from "./reading";
 
-/** A set of ports: one node of the data flow. */
+/** A set of ports, which is one node of the data flow. */
 export interface NamedSet {
   kind: SetKind;
   name: string;
@@ -67,7 +67,7 @@ export function places(draft: Draft, layout: Layout): Draft {
   return with_(draft, { layout: { ...draft.of.layout, ...layout } });
 }
 
-/** Removes a block, with its wires and the commands and conditions that name it. */
+/** Removes a block, with its wires and the commands and conditions that refer to it. */
 export function removeBlock(draft: Draft, label: string): Draft {
   const { [label]: _gone, ...blocks } = draft.of.blocks;
   const { [label]: _place, ...layout } = draft.of.layout;
@@ -101,7 +101,7 @@ export function removeBlock(draft: Draft, label: string): Draft {
   });
 }
 
-/** Renames a block, in all references to it. */
+/** Renames a block and all references to it. */
 export function renameBlock(draft: Draft, label: string, to: string): Draft {
   if (to === label || to === "" || Object.hasOwn(draft.of.blocks, to)) return draft;
   const renamed = (port: string) => {
@@ -121,7 +121,7 @@ export function renameBlock(draft: Draft, label: string, to: string): Draft {
   return with_(next, { command_lists: each(next.of.command_lists, (list) => ({ ...list, commands: list.commands.map(command) })) });
 }
 
-/** Renames ports, parameters and conditions of blocks in all references. */
+/** Renames ports, parameters and conditions of blocks in all references to them. */
 export function renamePorts(draft: Draft, renamed: (port: string) => string): Draft {
   let next = draft;
   if (draft.of.modes)
@@ -145,7 +145,7 @@ export function renamePorts(draft: Draft, renamed: (port: string) => string): Dr
   });
 }
 
-/** Sets a port's mode; undefined restores that of its block. */
+/** Sets a port's mode; undefined restores the mode that its block declares. */
 export function setMode(draft: Draft, port: string, mode: Mode | undefined): Draft {
   const rest = filtered(draft.of.modes ?? {}, (one) => one !== port);
   return with_(draft, { modes: mode === undefined ? rest : { ...draft.of.modes, [port]: mode } });
@@ -167,8 +167,8 @@ export function setConstant(draft: Draft, label: string, name: string, value: Va
 }
 
 /**
- * Wires an output to an input. Both end in one set: that of the output, if it has one; else that of the input; else a new cell. The
- * input leaves its previous set, because an input has one writer. A boundary of the whole is given by its set.
+ * Wires an output to an input. Both end up in one set: the set of the output, if it has one, otherwise the set of the input, otherwise a
+ * new cell. The input leaves its previous set, because an input has one writer. A boundary of the whole is identified by its set.
  */
 export function connect(draft: Draft, from: string | NamedSet, to: string | NamedSet, faces: Faces): Draft {
   if (typeof to !== "string") {
@@ -197,7 +197,7 @@ export function connect(draft: Draft, from: string | NamedSet, to: string | Name
   return setPorts(next, "cells", freeName(port.replaceAll(".", "_"), taken), [from as string, to]);
 }
 
-/** Removes an input from its set, and a cell without readers altogether. */
+/** Removes an input from its set; if a cell then has no readers, removes the whole cell. */
 export function disconnect(draft: Draft, input: string, faces: Faces): Draft {
   const set = setWith(draft, input);
   if (!set) return draft;
@@ -206,7 +206,7 @@ export function disconnect(draft: Draft, input: string, faces: Faces): Draft {
   return setPorts(draft, set.kind, set.name, set.kind === "cells" && !isRead ? [] : left);
 }
 
-/** Removes a port from a set, given by its name. */
+/** Removes a port from the set of this name. */
 export function release(draft: Draft, kind: SetKind, name: string, port: string): Draft {
   return setPorts(draft, kind, name, without(setsOf(draft, kind)[name] ?? [], port), true);
 }

@@ -6,7 +6,7 @@ import { addBlock, allSets, freeName } from "./change";
 import type { BlockUse, Draft, Mode, Sets } from "./definition";
 import { splitPort } from "./faces";
 
-/** Copied blocks, with positions relative to the drawing. */
+/** Copied blocks, with their positions in the drawing. */
 export interface Piece {
   blocks: Record<string, { use: BlockUse; at: Place }>;
   cells: Sets;
@@ -15,7 +15,7 @@ export interface Piece {
 
 /** Offset of a copy from its original, px. */
 const BESIDE = 40;
-/** Mark that distinguishes a piece from other text on the clipboard. */
+/** Mark that distinguishes copied blocks from other text on the clipboard. */
 const MARK = "opengpac-blocks";
 
 /** Copies these blocks of a draft. */
@@ -34,7 +34,7 @@ export function copied(draft: Draft, labels: readonly string[]): Piece {
   };
 }
 
-/** Inserts the piece at a small offset. Returns the new draft, and the labels of the inserted blocks. */
+/** Inserts the copied blocks at a small offset. Returns the new draft, and the labels of the inserted blocks. */
 export function pasted(draft: Draft, piece: Piece): { draft: Draft; labels: string[] } {
   const names = new Map<string, string>();
   let next = draft;
@@ -61,7 +61,7 @@ export function textOf(piece: Piece): string {
   return JSON.stringify({ [MARK]: 1, ...piece });
 }
 
-/** Parses a piece; returns null for other text. */
+/** Parses copied blocks; returns null for other text. */
 export function pieceOf(text: string): Piece | null {
   if (!text.startsWith(`{"${MARK}"`)) return null;
   try {

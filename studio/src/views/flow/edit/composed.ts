@@ -39,7 +39,7 @@ export function removePart(composed: ComposedDefinition, label: string): Compose
   });
 }
 
-/** Renames a part, in all references to it. */
+/** Renames a part and all references to it. */
 export function renamePart(composed: ComposedDefinition, label: string, to: string): ComposedDefinition {
   const { parts, transitions, initial, rename, preset } = composed.of;
   const renamed = (name: string) => (isOf(name, label) ? `${to}${name.slice(label.length)}` : name);
@@ -83,7 +83,7 @@ function isOf(name: string, label: string): boolean {
   return name === label || name.startsWith(`${label}.`);
 }
 
-/** Names of a part that can be renamed in the whole. */
+/** Names of a part that can be changed in the whole. */
 export interface Names {
   objects: string[];
   parameters: string[];
@@ -127,9 +127,9 @@ export function namesOf(part: Part | null, made_of: ComposedDefinition["made_of"
   };
 }
 
-/** Maximum depth of nested parts; a greater depth indicates a cycle. */
+/** Maximum nesting depth of parts; a greater depth indicates a cycle. */
 const DEPTH_MAX = 20;
-/** Condition of a transition at every normal end, as drawn. */
+/** Label in the drawing for a transition at every normal end. */
 export const DONE = "every normal end";
 
 interface Inside {
@@ -141,7 +141,7 @@ interface Inside {
   initial: string;
 }
 
-/** Returns the state diagram of a composition: its parts as states around their command lists. */
+/** Returns the state diagram of a composition: its parts as states that contain their command lists. */
 export function shapeOfComposition(composed: ComposedDefinition): Shape {
   return { ...inside(composed.of, composed.made_of, "", 0), ending: null };
 }
@@ -194,7 +194,7 @@ export function statesOf(composed: ComposedDefinition): string[] {
   return [...parts, ...lists].map(({ name }) => name);
 }
 
-/** Returns the conditions that lead out of these states; those of all parts if `from` is empty. */
+/** Returns the conditions by which these states can be left; if `from` is empty, the conditions of all parts. */
 export function conditionsFrom(composed: ComposedDefinition, from: readonly string[]): string[] {
   const labels = from.length > 0 ? from.map((one) => one.split(".")[0] ?? one) : Object.keys(composed.of.parts);
   const own = labels.flatMap((label) =>
@@ -203,7 +203,7 @@ export function conditionsFrom(composed: ComposedDefinition, from: readonly stri
   return [...new Set([...own, "completed", "fault", "halted"])];
 }
 
-/** Returns the transition for an arrow drawn between two states: at the first condition that ends `from` and has no transition yet. */
+/** Returns the transition for an arrow drawn between two states, at the first condition that ends `from` and has no transition yet. */
 export function drawnStep(composed: ComposedDefinition, from: string, to: string): Step {
   const ends = arrowsOf(shapeOfComposition(composed)).filter((arrow) => arrow.to === null && isOf(arrow.from, from));
   return { from: [from], condition: ends[0]?.conditions[0]?.name ?? null, to };
@@ -215,7 +215,7 @@ export function askedOf(of: Composition): Record<string, unknown> {
   return { name, doc, transitions, initial, rename, preset, share, together, until };
 }
 
-/** Returns the verb of a part, as calls take it. */
+/** Returns the verb of a part in the format that calls accept. */
 export function verbOf(part: Part & { kind: "verb" }): Record<string, unknown> {
   return definitionOf(part);
 }

@@ -13,8 +13,8 @@ export interface Copying {
 }
 
 /**
- * Handles Ctrl+C, Ctrl+X and Ctrl+V of blocks through the clipboard, also between drafts and tabs. In text fields, these keys keep their
- * usual function.
+ * Handles Ctrl+C, Ctrl+X and Ctrl+V for blocks through the clipboard, also between drafts and tabs. In text fields, these shortcuts keep
+ * their usual function.
  */
 export function useCopyKeys(of: Copying): void {
   const latest = useRef(of);

@@ -14,7 +14,7 @@ export interface Layout {
   [what: string]: Place;
 }
 
-/** Relation of a port's values to its block's invocations, if it differs from the block's own. */
+/** Relation between a port's values and its block's invocations, if it differs from the mode that the block declares. */
 export type Mode = "synchronous" | "asynchronous" | { ratio: number };
 
 export interface Graph {
@@ -44,7 +44,7 @@ export interface Command {
 export interface Termination {
   on: string[];
   returns: string[] | null;
-  /** True if the condition is an error; the name of the exception class if it has one. */
+  /** True if the condition is an error, or the name of its exception class. */
   raises: boolean | string;
   during: string[];
   priority: number;
@@ -66,14 +66,14 @@ export interface InputParameter {
   tunable: boolean;
   /** Minimum and maximum value: numbers, or parameters of an object, `-arm.max_speed`. */
   within?: [Bound, Bound] | null;
-  /** SVV to which a relative value is added before it is checked. */
+  /** SVV that is added to a relative value before the check. */
   counted_from?: string | null;
   [more: string]: unknown;
 }
 
 export type Bound = number | string;
 
-/** A logical device that the verb acts on, or several devices of the type. */
+/** A logical device on which the verb acts, or several devices of the type. */
 export interface VerbObject {
   device_type: string;
   each: boolean;
@@ -82,7 +82,7 @@ export interface VerbObject {
 
 /** Property that a member of an object must have when the verb starts. */
 export interface Requirement {
-  /** Exception class that a start raises if the requirement is not met. */
+  /** Exception class raised by a start if the requirement is not met. */
   raises: string;
   /** Member that must be true for the requirement to apply. */
   when?: string | null;
@@ -114,7 +114,7 @@ export interface Verb {
   [more: string]: unknown;
 }
 
-/** Way of bringing blocks to rest before a verb is suspended: `set` becomes true, then `until` is awaited. */
+/** Blocks to be brought to rest before a verb is suspended: `set` becomes true, then the verb waits for `until`. */
 export interface Holding {
   set: string;
   until: string;
@@ -133,17 +133,17 @@ export interface Step {
   [more: string]: unknown;
 }
 
-/** A verb made of verbs. */
+/** A verb composed of verbs. */
 export interface Composition {
   name: string;
   doc: string;
-  /** Label → name of a verb or a composition */
+  /** Label of each part → name of a verb or a composition. */
   parts: Record<string, string>;
   transitions: Step[];
   initial: string | null;
-  /** `part.name` → name in the whole */
+  /** `part.name` → name in the composed verb. */
   rename: Record<string, string>;
-  /** `part.input` → constant value */
+  /** `part.input` → constant value. */
   preset: Record<string, Value>;
   share: string[];
   together: boolean;
@@ -207,7 +207,7 @@ export function newComposition(name: string, made_of: Record<string, Part>): Com
   return { kind: "composition", of, made_of };
 }
 
-/** Sets of ports by kind: each is one node of the data flow. */
+/** Kinds of sets of ports; each set is one node of the data flow. */
 export type SetKind = "inputs" | "outputs" | "cells" | "instantiation_parameters";
 
 export const SET_KINDS: Record<Draft["kind"], SetKind[]> = {
@@ -219,7 +219,7 @@ export function setsOf(draft: Draft, kind: SetKind): Sets {
   return ((draft.of as Record<string, unknown>)[kind] as Sets | undefined) ?? {};
 }
 
-/** Returns the definition as calls of the system take it, without the layout of the drawing. */
+/** Returns the definition in the format that calls of the system accept, without the layout of the drawing. */
 export function definitionOf(draft: Draft): Record<string, unknown> {
   const { layout: _drawing, ...definition } = draft.of;
   return definition;

@@ -5,7 +5,7 @@ import type { BlockUse, Draft, SetKind } from "./definition";
 import { type Faces, type Item, inner, itemsOf, modeText, sideOf, splitPort } from "./faces";
 import { about, type Finding, isPort } from "./findings";
 
-/** A wire that was tried and refused: shown with the reason, but not part of the draft. */
+/** A wire that was drawn and refused: it is shown with the reason, but is not part of the draft. */
 export interface RefusedWire {
   from: End;
   to: End;
@@ -59,11 +59,11 @@ export function drawnDraft(draft: Draft, faces: Faces, findings: Finding[], refu
 interface Sides {
   set: NamedSet;
   ports: Map<string, Port["side"]>;
-  /** Ports that their blocks do not have, because a nested graph was changed or the system does not know the block. */
+  /** Ports that their blocks do not have, because a nested graph was changed or because the system does not know the block. */
   lost: Set<string>;
 }
 
-/** Returns the sides of the ports of a set. A missing port is drawn as what the set needs: its writer, else a reader. */
+/** Returns the sides of the ports of a set. A missing port is drawn as a writer if the set needs one, otherwise as a reader. */
 function sidesOf(draft: Draft, set: NamedSet, faces: Faces): Sides {
   const lost = new Set(set.ports.filter((port) => isLost(draft, port, faces)));
   const ports = new Map<string, Port["side"]>();
@@ -76,7 +76,7 @@ function sidesOf(draft: Draft, set: NamedSet, faces: Faces): Sides {
   return { set, ports, lost };
 }
 
-/** Returns whether a named port is missing in its block. */
+/** Returns whether the port's block lacks that port. */
 export function isLost(draft: Draft, port: string, faces: Faces): boolean {
   // The system's blocks may not be known yet.
   const [label, name] = splitPort(port, draft.of.blocks);
@@ -103,12 +103,12 @@ export function boundaryOf(draft: Draft, box: string): NamedSet | undefined {
   return allSets(draft).find((set) => `${set.kind}:${set.name}` === box);
 }
 
-/** Returns a port as a definition names it; for a boundary, its set. */
+/** Returns a port in the format of a definition; for a boundary, its set. */
 export function portOf(draft: Draft, end: End): string | NamedSet | undefined {
   return Object.hasOwn(draft.of.blocks, end.box) ? `${end.box}.${end.port}` : boundaryOf(draft, end.box);
 }
 
-/** Returns a port as the calls `check_definition` and `compatible` name it. */
+/** Returns a port in the format of the calls `check_definition` and `compatible`. */
 export function placeOf(draft: Draft, end: End): { block: string; port: string } {
   const boundary = Object.hasOwn(draft.of.blocks, end.box) ? undefined : boundaryOf(draft, end.box);
   return boundary ? { block: "", port: boundary.name } : { block: end.box, port: end.port };
@@ -145,7 +145,7 @@ function blockBox(draft: Draft, label: string, use: BlockUse, faces: Faces, find
   };
 }
 
-/** Returns whether a finding belongs to a wire, that is, concerns both a writing and a reading port. Two writers have no common wire. */
+/** Returns whether a finding belongs to a wire, that is, concerns both a writing and a reading port. Two writers do not share a wire. */
 function isOfWire(draft: Draft, finding: Finding, faces: Faces): boolean {
   const ports = finding.where.filter(isPort);
   if (ports.some((port) => port.block === "")) return ports.length > 1;
@@ -214,7 +214,7 @@ function lostText(draft: Draft, end: End, faces: Faces): string | null {
   return `'${end.box}' (${of}) has no port '${end.port}'; remove the wire, or add the port to ${whole} again`;
 }
 
-/** Returns whether a finding belongs to a wire: it names both ends of the wire, or its cell and no port elsewhere. */
+/** Returns whether a finding concerns this wire: it names both ends of the wire, or its cell and no port elsewhere. */
 function isAbout(finding: Finding, set: NamedSet, from: { block: string; port: string }, to: { block: string; port: string }): boolean {
   const ports = finding.where.filter(isPort);
   const same = (one: { block: string; port: string }) =>

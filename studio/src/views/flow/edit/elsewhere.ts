@@ -7,7 +7,8 @@ import type { Faces } from "./faces";
 import type { Way } from "./nested";
 
 /**
- * Returns the objects of the whole draft and of every nested graph, separately for each use. `go` opens the graph at the end of a path.
+ * Returns the objects of the whole draft and of every nested graph, separately for each use of the graph. `go` opens the graph at the
+ * end of a path.
  */
 export function everythingIn(whole: Draft, faces: Faces, go: (way: Way) => void): Findable[] {
   return graphsAlong(whole, []).flatMap(({ draft, at }) => {

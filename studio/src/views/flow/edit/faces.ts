@@ -30,8 +30,8 @@ export function modeText(mode: Item["mode"]): string {
 }
 
 /**
- * Returns the items of a use of a block. The items of a graph are its ports, with the properties of the ports that they bind: the
- * paper's graph looks like a subroutine.
+ * Returns the items of a use of a block. The items of a graph are its ports, with the properties of the ports to which they are bound,
+ * because the paper's graph looks like a subroutine.
  */
 export function itemsOf(use: BlockUse, faces: Faces): Item[] {
   if ("subroutine" in use.block) return faces.get(use.block.subroutine)?.items ?? [];
@@ -58,7 +58,7 @@ export function inner(of: { blocks: Record<string, BlockUse> }, name: string, fa
   return use && itemsOf(use, faces).find((item) => item.name === port);
 }
 
-/** Splits `label.port`. Labels may contain dots: the longest existing label counts. */
+/** Splits `label.port`. Labels may contain dots, so the longest existing label is used. */
 export function splitPort(name: string, blocks: Record<string, unknown>): [string, string] {
   for (let dot = name.lastIndexOf("."); dot > 0; dot = name.lastIndexOf(".", dot - 1)) {
     const label = name.slice(0, dot);

@@ -8,14 +8,14 @@ import { patched, same } from "./toml";
 
 type Tree = Record<string, unknown>;
 
-/** Returns the text of a file with one definition, and the verbs of which a composition consists; `gpac.load` reads it. */
+/** Returns the text of a file with one definition and, for a composition, the verbs of which it consists. `gpac.load` can read it. */
 export function fileText(draft: DrawnDefinition): string {
   return written(
     withDefinitions({ format: FORMAT, version: VERSION }, [[`${draft.kind}s`, draft.of.name, writtenDefinition(draft)], ...partsOf(draft)]),
   );
 }
 
-/** A file to be saved: its name, its text, and a message for the person. */
+/** A file to be saved: its name, its text, and a message to the person. */
 export interface SavedFile {
   name: string;
   text: string;
@@ -27,8 +27,8 @@ type WrittenDefinition = [section: string, key: string, definition: Tree];
 
 /**
  * Returns the draft as a file. An opened file keeps its other content: definitions, modules, description. An unchanged draft gives the
- * same text, byte for byte. In a TOML file only the lines of changes differ; if that is impossible, the file is saved as JSON, without
- * the comments. A graph that the file names is changed where it is defined.
+ * same text, byte for byte. In a TOML file only changed lines differ; if that is impossible, the file is saved as JSON, without the
+ * comments. A graph that the file defines under a name is changed in its definition.
  */
 export function savedFile(draft: DrawnDefinition, file: OpenedFile | null): SavedFile {
   if (file === null) return { name: `${draft.of.name}.json`, text: fileText(draft), said: null };
@@ -50,7 +50,7 @@ export function savedFile(draft: DrawnDefinition, file: OpenedFile | null): Save
   return { name: json, text, said: [`saved as ${json} without the comments, which remain in ${file.name}`, ...told].join("; ") };
 }
 
-/** Returns the TOML file with the changes of the draft; null if they cannot be applied to its text. */
+/** Returns the TOML text with the changes of the draft applied; null if they cannot be applied to it. */
 function patchedText(
   draft: DrawnDefinition,
   opened: DrawnDefinition,
@@ -78,7 +78,7 @@ function withDefinitions(tree: Tree, definitions: WrittenDefinition[]): Tree {
   return made;
 }
 
-/** Returns the verbs and compositions of which a composition consists, including those of nested parts. */
+/** Returns the verbs and compositions of which a composition consists, including the parts of nested compositions. */
 function partsOf(draft: DrawnDefinition): WrittenDefinition[] {
   if (draft.kind !== "composition") return [];
   const found = new Map<string, WrittenDefinition>();
@@ -117,7 +117,7 @@ function merged(said: unknown, was: unknown, is: unknown): unknown {
   return made;
 }
 
-/** Returns an array, or the commands of a command list, which a file may write as an array. */
+/** Returns an array, or the commands of a command list, which a file may also write as an array. */
 function listOf(value: unknown): unknown[] | null {
   if (Array.isArray(value)) return value;
   return isTable(value) && Object.keys(value).length === 1 && Array.isArray(value.commands) ? value.commands : null;
@@ -137,18 +137,18 @@ function isTable(value: unknown): value is Record<string, unknown> {
   return typeof value === "object" && value !== null && !Array.isArray(value);
 }
 
-/** Returns whether the draft equals the file. Positions count only if the file has some. */
+/** Returns whether the draft is equal to the file. Positions are compared only if the file contains positions. */
 function isUnchanged(draft: DrawnDefinition, opened: DrawnDefinition): boolean {
   const said = (one: DrawnDefinition) => JSON.stringify(sorted(one.of));
   return said(opened) === said(withoutNewPlaces(draft, opened));
 }
 
-/** Returns the definition of the same kind and name in a file. */
+/** Returns the definition in a file with the same kind and name. */
 function drawnIn(text: string, draft: DrawnDefinition): DrawnDefinition | undefined {
   return draftsOf(text).find((one) => one.kind === draft.kind && one.of.name === draft.of.name);
 }
 
-/** Sorts the keys of every table, whose order is irrelevant, except those of command lists. */
+/** Sorts the keys of every table except those of command lists, because their order is irrelevant. */
 function sorted(value: unknown): unknown {
   if (Array.isArray(value)) return value.map(sorted);
   if (typeof value !== "object" || value === null) return value;
@@ -167,7 +167,7 @@ function written(tree: object): string {
   return `${JSON.stringify(tree, null, 2)}\n`;
 }
 
-/** Describes the content of a file other than graphs and verbs, which is kept when the file is saved. */
+/** Describes the contents of a file other than graphs and verbs, which are kept when the file is saved. */
 export function besides(text: string): string | null {
   const file = readText(text) as Record<string, unknown>;
   const names = (key: string) => Object.keys((file[key] as object | undefined) ?? {});
@@ -198,7 +198,7 @@ function readText(text: string): unknown {
   }
 }
 
-/** Returns all compositions, verbs and graphs of a file. Throws an `Error` that explains why it is not a file of definitions. */
+/** Returns all compositions, verbs and graphs of a file. Throws an `Error` that explains why it is not a definition file. */
 export function draftsOf(text: string): DrawnDefinition[] {
   const file = definitionsFile(text);
   const definitions = definitionsOf(text);

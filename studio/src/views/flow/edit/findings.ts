@@ -17,11 +17,11 @@ export interface Finding {
   class: string;
   message: string;
   remedy?: string | null;
-  /** Locations of the finding, the main one first; empty for the whole definition. */
+  /** Locations of the finding, the main one first; empty if it concerns the whole definition. */
   where: Where[];
 }
 
-/** Returns the findings in an answer of the system. A finding without a location is about the whole definition. */
+/** Returns the findings in an answer of the system. A finding without a location concerns the whole definition. */
 export function findingsOf(answered: unknown): Finding[] {
   if (!Array.isArray(answered)) return [];
   return answered.map((one: Partial<Finding>) =>
@@ -43,7 +43,7 @@ export function about(finding: Finding): string {
   return finding.remedy ? `${finding.message}; ${finding.remedy}` : finding.message;
 }
 
-/** Returns the findings about a command list; the functions below do so for other kinds of locations. */
+/** Returns the findings about a command list. The functions below return those about other kinds of locations. */
 export function ofList(findings: Finding[], list: string): Finding[] {
   return findings.filter((finding) => finding.where.some((where) => "list" in where && where.list === list));
 }

@@ -4,7 +4,7 @@ import { type ComposedDefinition, type DrawnDefinition, newVerb } from "./defini
 import { followed, type Placement } from "./placement";
 import { compositionOf, draftOf } from "./reading";
 
-/** Storage key of the draft: per tab, and the latest one of any tab, a copy of which a new tab starts with. */
+/** Storage key of the draft. It is used for each tab, and for the latest draft of any tab, from which a new tab starts. */
 const KEY = "opengpac.draft";
 /** Storage key of the text of an unreadable draft, kept until the person saves or discards it. */
 const UNREAD = "opengpac.draft.unread";
@@ -13,7 +13,7 @@ const KEPT_MAX = 200;
 
 const NOWHERE: Placement = {};
 
-/** The opened file from which the draft was read, with its other content. */
+/** The opened file from which the draft was read, including its other content. */
 export interface OpenedFile {
   name: string;
   text: string;
@@ -40,7 +40,10 @@ export type Step =
   | { placed: DrawnDefinition }
   | { on: Placement };
 
-/** Returns the history after a step. A change without effect adds no step; opening another draft can be undone like any change. */
+/**
+ * Returns the history after a step. A change without effect does not add a step; opening another draft can be undone like any other
+ * change.
+ */
 export function stepped(history: History, step: Step): History {
   const { past, present, future } = history;
   const onto = (next: Work): History => ({ past: [...past, present].slice(-KEPT_MAX), present: next, future: [] });
@@ -62,7 +65,7 @@ function changed(work: Work, draft: DrawnDefinition): Work {
   return work.placement ? withPlacement(next, followed(work.placement, work.draft, draft)) : next;
 }
 
-/** Sets the placement; an empty one is removed, so that the work equals its original state. */
+/** Sets the placement. An empty placement is removed, so that the work compares equal to its original state. */
 function withPlacement(work: Work, placement: Placement): Work {
   const { placement: _before, ...rest } = work;
   return Object.keys(placement).length === 0 ? rest : { ...rest, placement };
@@ -72,7 +75,7 @@ function isSame(one: DrawnDefinition, other: DrawnDefinition): boolean {
   return one === other || JSON.stringify(one) === JSON.stringify(other);
 }
 
-/** Returns the draft with undo and redo. The draft is stored per tab: a reloaded page restores it, and each tab has its own. */
+/** Returns the draft with undo and redo. Each tab stores its own draft, which is restored when the page is reloaded. */
 export function useDraft() {
   const [history, step] = useReducer(stepped, null, begun);
   const work = history.present;
@@ -91,7 +94,7 @@ export function useDraft() {
     placement: work.placement ?? NOWHERE,
     placeOn: useCallback((on: Placement) => step({ on }), []),
     change: useCallback((to: DrawnDefinition) => step({ to }), []),
-    /** Replaces the draft by one with positions, without an undo step. */
+    /** Replaces the draft with one that has positions, without an undo step. */
     place: useCallback((placed: DrawnDefinition) => step({ placed }), []),
     open: useCallback((draft: DrawnDefinition, file: OpenedFile | null = null) => step({ instead: { draft, file } }), []),
     back: history.past.length > 0 ? () => step({ back: true }) : null,
@@ -135,7 +138,7 @@ function kept(): Work | null {
   }
 }
 
-/** Validates a stored draft in the same way as a file. */
+/** Validates a stored draft in the same way as a draft from a file. */
 function checked(draft: DrawnDefinition): DrawnDefinition {
   if (draft.kind !== "composition") return draftOf(draft.kind, draft.of.name, draft.of);
   const parts = Object.entries(draft.made_of ?? {}).map(([name, part]): [string, ComposedDefinition["made_of"][string]] => [

@@ -6,7 +6,7 @@ import type { BlockUse, Draft, Graph } from "./definition";
 import { splitPort } from "./faces";
 import { type Finding, isPort, type Where } from "./findings";
 
-/** Labels from the outside in; empty for the whole. */
+/** Path of labels from the outside in; empty for the whole. */
 export type Way = readonly string[];
 
 /** Returns the graph at the end of a path; null if it does not exist. */
@@ -20,7 +20,7 @@ export function within(whole: Draft, way: Way): Draft | null {
   return at;
 }
 
-/** Returns the longest beginning of a path that still leads to a graph: a block on it may have been removed or renamed. */
+/** Returns the longest prefix of a path that still leads to a graph, because a block on it may have been removed or renamed. */
 export function standing(whole: Draft, way: Way): Way {
   if (within(whole, way)) return way;
   for (let length = way.length - 1; length > 0; length -= 1) if (within(whole, way.slice(0, length))) return way.slice(0, length);
@@ -28,8 +28,8 @@ export function standing(whole: Draft, way: Way): Way {
 }
 
 /**
- * Replaces the graph at the end of a path. A graph is one definition: all its uses are replaced. If a port or block of it was renamed,
- * references from outside follow.
+ * Replaces the graph at the end of a path. A graph is one definition, so all its uses are replaced. If one of its ports or blocks was
+ * renamed, references from outside are renamed too.
  */
 export function replaced(whole: Draft, way: Way, next: Draft): Draft {
   if (way.length === 0) return next;
@@ -38,7 +38,7 @@ export function replaced(whole: Draft, way: Way, next: Draft): Draft {
   return exchanged(whole, { was: JSON.stringify(before.of), graph: before.of, is: next.of }).draft;
 }
 
-/** Gives one use its own copy of the graph, under a new name. */
+/** Gives one use of a graph its own copy of the graph, under a new name. */
 export function ownGraph(draft: Draft, label: string, name: string): Draft {
   const graph = graphAt(draft.of.blocks, label);
   const use = own(draft.of.blocks, label);
@@ -46,7 +46,7 @@ export function ownGraph(draft: Draft, label: string, name: string): Draft {
   return withBlocks(draft, { ...draft.of.blocks, [label]: { ...use, block: { graph: { ...graph, name } } } });
 }
 
-/** Returns all nested graphs by name, at every depth; for equal names, the first. */
+/** Returns all nested graphs by name, at every depth; of graphs with the same name, only the first. */
 export function graphsWithin(draft: { of: { blocks: Record<string, BlockUse> } }): Map<string, Graph> {
   const found = new Map<string, Graph>();
   for (const use of Object.values(draft.of.blocks)) {
@@ -75,7 +75,7 @@ function inside(where: Where, own: string): Where[] {
 }
 
 interface Exchange {
-  /** The original graph as JSON. */
+  /** Original graph, as JSON. */
   was: string;
   graph: Graph;
   is: Graph;
@@ -125,7 +125,7 @@ function namesOf({ graph, is }: Exchange): Names | null {
   };
 }
 
-/** Returns the old and the new name if exactly one key was renamed, in its place. */
+/** Returns the old and the new name if exactly one key was renamed without changing its position. */
 export function renamedKey(was: object, is: object): [string, string] | null {
   const [old, now] = [Object.keys(was), Object.keys(is)];
   if (old.length !== now.length) return null;

@@ -9,14 +9,14 @@ import { type BlockUse, type Draft, definitionOf, type Graph, type SetKind } fro
 import { boundaryOf, placeOf, portOf } from "./drawn";
 import { type Faces, type Item, inner, itemsOf, modeText, sideOf } from "./faces";
 
-/** A port as `compatible` names it, and the reason why it cannot be the other end; null if it can. */
+/** A port as returned by `compatible`, and the reason why it cannot be the other end; null if it can. */
 export interface PortAnswer {
   block: string;
   port: string;
   reason: string | null;
 }
 
-/** Beginning of the wire. */
+/** Start of the wire. */
 export type WireStart = End & { side: PortSide };
 
 export type WireOffer = { key: string; text: string; about: string } & (
@@ -25,7 +25,7 @@ export type WireOffer = { key: string; text: string; about: string } & (
   | { kind: "boundary"; set: SetKind; name: string }
 );
 
-/** The draft with one use of each block added, to query which ports fit, and the added uses by label. */
+/** The draft with one use of each block added, in order to query which ports can be connected, and the added uses by label. */
 export interface TriedDraft {
   draft: Draft;
   uses: Map<string, { use: BlockUse; name: string }>;
@@ -45,14 +45,17 @@ export function tried(draft: Draft, faces: Faces, graphs: Iterable<Graph>): Trie
   return { draft: { ...draft, of: { ...draft.of, blocks } } as Draft, uses };
 }
 
-/** Returns the query to the system; null if there is no port to query with, so that the answer is determined here. */
+/** Returns the query to send to the system; null if there is no port that could be queried, so that the answer is determined here. */
 export function questionOf(draft: Draft, from: WireStart, at: TriedDraft): Record<string, unknown> | null {
   const boundary = boundaryOf(draft, from.box);
   if (boundary && (draft.kind === "verb" || boundary.ports.length === 0)) return null;
   return { [draft.kind]: definitionOf(at.draft), from: placeOf(draft, from) };
 }
 
-/** Returns the ports that fit without a query: all ports for an unbound boundary, and ports of the same type for a boundary of a verb. */
+/**
+ * Returns the ports that can be connected without querying the system: all ports for an unbound boundary, and ports of the same type for
+ * a boundary of a verb.
+ */
 export function fitting(draft: Draft, from: WireStart, at: TriedDraft, faces: Faces): PortAnswer[] {
   const bound = boundaryOf(draft, from.box)
     ?.ports.map((port) => inner(draft.of, port, faces))

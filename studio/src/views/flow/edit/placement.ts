@@ -4,10 +4,10 @@
 import type { Draft, DrawnDefinition } from "./definition";
 import { renamedKey } from "./nested";
 
-/** Label, for nested graphs `outer.inner`, → interrupt source. */
+/** Interrupt source of each block, by label; a block in nested graphs has the label `outer.inner`. */
 export type Placement = Readonly<Record<string, string>>;
 
-/** Returns the placement after a change of the draft: entries follow renamed blocks, and entries of removed blocks are dropped. */
+/** Returns the placement after a change of the draft: entries follow renamed blocks, and those of removed blocks are dropped. */
 export function followed(placement: Placement, before: DrawnDefinition, next: DrawnDefinition): Placement {
   if (before.kind === "composition" || next.kind === "composition" || Object.keys(placement).length === 0) return placement;
   const renamed = renamedKey(before.of.blocks, next.of.blocks);
@@ -20,13 +20,13 @@ export function followed(placement: Placement, before: DrawnDefinition, next: Dr
   return JSON.stringify(made) === JSON.stringify(placement) ? placement : made;
 }
 
-/** Places a block on a source; null restores the placement given at the start. */
+/** Places a block on a source; null restores the placement specified at the start of the verb. */
 export function placedOn(placement: Placement, label: string, source: string | null): Placement {
   const rest = Object.entries(placement).filter(([one]) => one !== label);
   return Object.fromEntries(source === null ? rest : [...rest, [label, source]]);
 }
 
-/** Converts a placement for the call `place`: patterns of labels after the name of the verb. */
+/** Converts a placement for the call `place`: patterns that consist of the name of the verb and a label. */
 export function patternsOf(draft: Draft, placement: Placement): Record<string, string> {
   return Object.fromEntries(Object.entries(placement).map(([label, source]) => [`${draft.of.name}.${label}`, source]));
 }

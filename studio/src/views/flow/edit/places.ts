@@ -32,13 +32,13 @@ export function freePlace(draft: Draft): Place {
   return { x: right, y: top };
 }
 
-/** Removes a cell that has only missing ports left after its last wire. */
+/** Removes a cell if only missing ports remain after its last wire. */
 function withoutLost(draft: Draft, cell: string, faces: Faces): Draft {
   const left = own(setsOf(draft, "cells"), cell) ?? [];
   return left.length > 0 && left.every((port) => isLost(draft, port, faces)) ? change.removeSet(draft, "cells", cell) : draft;
 }
 
-/** Removes boxes and wires of its drawing from the draft. */
+/** Removes boxes and wires of the drawing from the draft. */
 export function removed(draft: Draft, boxes: string[], wires: string[], drawn: Wire[], faces: Faces): Draft {
   let next = draft;
   for (const id of wires) {

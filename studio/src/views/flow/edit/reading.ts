@@ -22,8 +22,8 @@ import type {
 type Loose = Record<string, unknown>;
 
 /**
- * Reads a definition from a file, in short or long forms, with all keys that the editor needs. Throws an `Error` that explains why it is
- * not a definition.
+ * Reads a definition from a file, in short or long form, and adds all keys that the editor needs. Throws an `Error` that explains why it
+ * is not a definition.
  */
 export function draftOf(kind: Draft["kind"], name: string, written: unknown, graphs: Record<string, unknown> = {}): Draft {
   const given = object(written, `${kind} '${name}'`);
@@ -50,7 +50,7 @@ export function draftOf(kind: Draft["kind"], name: string, written: unknown, gra
   };
 }
 
-/** Reads a composition from a file, with all keys. Throws an `Error` that explains why it is not a composition. */
+/** Reads a composition from a file, and adds all missing keys. Throws an `Error` that explains why it is not a composition. */
 export function compositionOf(name: string, written: unknown): Composition {
   const given = object(written, `composition '${name}'`);
   const steps = (given.transitions as unknown[] | undefined) ?? [];
@@ -92,7 +92,7 @@ export function withoutSources(defined: unknown): unknown {
   return Object.fromEntries(kept.map(([key, of]) => [key, withoutSources(of)]));
 }
 
-/** Returns how blocks are brought to rest before a verb is suspended; null if it is suspended at once. */
+/** Returns the blocks to be brought to rest before a verb is suspended; null if it is suspended immediately. */
 export function holdingOf(suspend: unknown): Holding[] | null {
   const ways = typeof suspend === "object" && suspend !== null ? (suspend as { holding?: unknown }).holding : null;
   if (!Array.isArray(ways)) return null;
@@ -190,7 +190,7 @@ function termination(written: unknown): Termination {
   };
 }
 
-/** Converts "20 ms" to ns; returns null for other text. */
+/** Converts "20 ms" to ns; returns null for any other text. */
 export function timeOrNull(written: unknown): number | null {
   return typeof written === "string" ? (durationNs(written).value ?? null) : null;
 }

@@ -4,7 +4,7 @@ import type { Draft, Verb } from "./definition";
 
 type VerbDraft = Draft & { kind: "verb" };
 
-/** Renames a key of a table, keeping its position. */
+/** Renames a key of a table without changing its position. */
 function keyed<T>(map: Record<string, T>, name: string, to: string): Record<string, T> {
   return Object.fromEntries(Object.entries(map).map(([key, value]) => [key === name ? to : key, value]));
 }
@@ -17,7 +17,7 @@ function with_(draft: VerbDraft, change: Partial<Verb>): VerbDraft {
   return { ...draft, of: { ...draft.of, ...change } };
 }
 
-/** Renames a condition, also in transitions. */
+/** Renames a condition, including in transitions. */
 export function renameCondition(draft: VerbDraft, name: string, to: string): VerbDraft {
   const { conditions, transitions } = draft.of;
   return with_(draft, {
@@ -26,7 +26,7 @@ export function renameCondition(draft: VerbDraft, name: string, to: string): Ver
   });
 }
 
-/** Renames an output value, also in the conditions that return it. */
+/** Renames an output value, including in the conditions that return it. */
 export function renameOutput(draft: VerbDraft, name: string, to: string): VerbDraft {
   const { conditions, output_values } = draft.of;
   const returned = (returns: string[] | null) => returns?.map((one) => (one === name ? to : one)) ?? null;
@@ -45,7 +45,7 @@ export function renameRequirement(draft: VerbDraft, member: string, to: string):
   return with_(draft, { requires: keyed(draft.of.requires ?? {}, member, to) });
 }
 
-/** Renames a command list, also in transitions, conditions, the initial list and the ending. */
+/** Renames a command list, including in transitions, conditions, the initial list and the ending. */
 export function renameList(draft: VerbDraft, name: string, to: string): VerbDraft {
   const { command_lists, conditions, transitions, initial, ending, layout } = draft.of;
   const list = (one: string) => (one === name ? to : one);
@@ -60,7 +60,7 @@ export function renameList(draft: VerbDraft, name: string, to: string): VerbDraf
 }
 
 /**
- * Renames an object, also in instantiation parameters, which are bound to its members (`arm.commanded`), and in bounds of input
+ * Renames an object, including in instantiation parameters, which are bound to its members (`arm.commanded`), and in bounds of input
  * parameters.
  */
 export function renameObject(draft: VerbDraft, name: string, to: string): VerbDraft {

@@ -5,15 +5,15 @@ import { same } from "./toml";
 
 type Tree = Record<string, unknown>;
 
-/** A graph defined in the file: original, and as changed in the draft. */
+/** A graph defined in the file: the original, and the version in the draft. */
 interface SharedGraph {
   was: Graph;
   is: Graph;
 }
 
 /**
- * Returns the graphs of the file that the saved definition refers to by name instead of containing them: those that it referred to
- * before, or that equal the file's. A graph with two different versions in the draft is excluded.
+ * Returns the graphs of the file to which the saved definition refers by name instead of containing them: those to which it referred
+ * before, or that are equal to the file's. A graph with two different versions in the draft is excluded.
  */
 export function sharedGraphs(
   draft: DrawnDefinition,
@@ -34,7 +34,7 @@ export function sharedGraphs(
   return shared;
 }
 
-/** Replaces these graphs in a definition by their names. */
+/** Replaces these graphs in a definition with their names. */
 export function byName(definition: Tree, names: ReadonlySet<string>): Tree {
   const blocks = definition.blocks as Record<string, BlockUse> | undefined;
   if (!blocks) return definition;
@@ -47,7 +47,7 @@ export function byName(definition: Tree, names: ReadonlySet<string>): Tree {
   return { ...definition, blocks: Object.fromEntries(named) };
 }
 
-/** Returns the draft without positions if the opened definition has none, also in nested graphs. */
+/** Returns the draft with the positions removed from its graph, and from each nested graph, that had none when it was opened. */
 export function withoutNewPlaces<D extends DrawnDefinition>(draft: D, opened: DrawnDefinition): D {
   if (draft.kind === "composition") {
     return Object.keys(opened.of.layout).length > 0 ? draft : { ...draft, of: { ...draft.of, layout: {} } };
@@ -81,8 +81,8 @@ function usesOf(blocks: Record<string, BlockUse>, found = new Map<string, Graph[
 }
 
 /**
- * Returns the names of the graphs that a definition in the file refers to, and of those that it contains, including those in named
- * graphs.
+ * Returns the names of the graphs to which a definition in the file refers, and of those that it contains, including those in graphs
+ * referenced by name.
  */
 function namedIn(definition: Tree | undefined, tree: Tree, found = { named: new Set<string>(), within: new Set<string>() }) {
   const graphs = (tree.graphs as Record<string, Tree> | undefined) ?? {};

@@ -39,7 +39,7 @@ export function useFaces(control: Control): { faces: Faces; device_types: string
   return { faces, device_types, sources, trouble };
 }
 
-/** Returns the findings of all installation checks of the draft, repeated a moment after each change. */
+/** Returns the findings of all installation checks of the draft. The checks are repeated a moment after each change. */
 export function useFindings(control: Control, draft: Draft): { findings: Finding[]; unanswered: Refusal[] } {
   const [findings, setFindings] = useState<Finding[]>([]);
   const [unanswered, setUnanswered] = useState<Refusal[]>([]);
@@ -70,13 +70,16 @@ export function useFindings(control: Control, draft: Draft): { findings: Finding
 type At = { block: string; port: string };
 
 export interface Possible {
-  /** Queries which ports can be the other end of a wire from this port; null ends the wire. */
+  /** Queries which ports can be the other end of a wire that starts at this port; null ends the wire. */
   ask: (from: At | null) => void;
-  /** Returns why two ports cannot be wired; null if they can, or if the answer is not there yet, in which case the check reports it. */
+  /**
+   * Returns the reason why two ports cannot be wired; null if they can, or if the answer has not arrived yet, in which case the check
+   * reports it.
+   */
   reason: (from: At, to: At) => string | null;
 }
 
-/** Returns the ports to which a wire may lead. They are queried when the wire begins, and the rule of the installation decides. */
+/** Returns the ports to which a wire may lead. The system is queried when the wire is started; its installation rules decide. */
 export function usePossible(control: Control, draft: Draft): Possible {
   const answer = useRef<{ begun: At; reasons: Map<string, string | null> } | null>(null);
   const ask = useCallback(

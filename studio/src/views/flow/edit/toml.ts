@@ -12,7 +12,7 @@ interface Edit {
 }
 
 /**
- * Returns the text changed from the content `before` to `after`: changed values are replaced in place, removed keys are deleted with
+ * Returns the text, changed from the contents `before` to `after`: changed values are replaced in place, removed keys are deleted with
  * their lines, and new keys are added at the end of their tables. Returns null if that is impossible, so that the whole text must be
  * rewritten. The result is parsed again to verify that it contains `after`.
  */
@@ -27,7 +27,7 @@ export function patched(text: string, before: Tree, after: Tree): string | null 
   }
 }
 
-/** Returns whether two values are equal, irrespective of the order of keys. */
+/** Returns whether two values are equal, regardless of the order of keys. */
 export function same(one: unknown, other: unknown): boolean {
   return JSON.stringify(ordered(one)) === JSON.stringify(ordered(other));
 }
@@ -82,7 +82,7 @@ function editsOf(text: string, before: Tree, after: Tree): Edit[] | null {
     if (added) edits.push(added);
     return added !== null || fresh.length === 0;
   };
-  /** Compares the values of an array; equal values at its beginning and end are left as they are. */
+  /** Compares the values of two arrays; equal values at the beginning and end remain unchanged. */
   const compareLists = (path: readonly string[], was: unknown[], is: unknown[]): boolean => {
     const { first, old, wanted } = middleOf(was, is);
     const at = (index: number) => map.spots.get(pathKey([...path, String(index)]));
@@ -137,8 +137,8 @@ function editsOf(text: string, before: Tree, after: Tree): Edit[] | null {
 type Compare = (path: readonly string[], old: Tree, wanted: Tree) => boolean;
 
 /**
- * Returns the edits of an array of tables. Equal tables at its beginning and end are left as they are; the others are compared in order,
- * surplus tables are deleted with their headings, and missing ones are added. Returns null if that is impossible.
+ * Returns the edits for an array of tables. Equal tables at its beginning and end remain unchanged; the others are compared in order,
+ * surplus tables are deleted with their headers, and missing ones are added. Returns null if that is impossible.
  */
 function tablesEdits(text: string, map: Map_, path: readonly string[], was: unknown[], is: unknown[], compare: Compare): Edit[] | null {
   const heading = map.arrays.get(pathKey(path))?.heading;
@@ -172,7 +172,7 @@ function tablesEdits(text: string, map: Map_, path: readonly string[], was: unkn
   return edits;
 }
 
-/** Returns the differing middle of two lists: its start, and its items in each list. */
+/** Returns the middle part in which two lists differ: its start, and its items in each list. */
 function middleOf<T>(was: readonly T[], is: readonly T[]): { first: number; old: T[]; wanted: T[] } {
   const short = Math.min(was.length, is.length);
   let first = 0;
@@ -182,7 +182,7 @@ function middleOf<T>(was: readonly T[], is: readonly T[]): { first: number; old:
   return { first, old: was.slice(first, was.length - behind), wanted: is.slice(first, is.length - behind) };
 }
 
-/** Returns the edit that deletes a value of an array with its comma, and with its line if it has its own. */
+/** Returns the edit that deletes an array element with its comma, and with its line if nothing else is on it. */
 function removedValue(text: string, spot: Spot): Edit {
   const behind = /^[ \t]*,(?:[ \t]*(?:#[^\n]*)?(?=\r?\n))?/.exec(text.slice(spot.to))?.[0] ?? "";
   const ahead = /\r?\n[ \t]*$/.exec(text.slice(0, spot.from))?.[0];
@@ -190,14 +190,14 @@ function removedValue(text: string, spot: Spot): Edit {
   return removed(text, spot);
 }
 
-/** Returns the span from the heading of a table to the end of its last line, including its subtables. */
+/** Returns the span from the header of a table to the end of its last line, including its subtables. */
 function placeOf(map: Map_, path: readonly string[]): { from: number; to: number } | null {
   const own = [...map.sections.values()].filter((one) => path.every((key, index) => one.path[index] === key));
   if (own.length === 0) return null;
   return { from: Math.min(...own.map((one) => one.heading)), to: Math.max(...own.map((one) => one.at)) };
 }
 
-/** Returns the edit that deletes a key with its line, or with its comma. */
+/** Returns the edit that deletes a key, either with its line or with its comma. */
 function removed(text: string, spot: Spot): Edit {
   if (!spot.isInline) {
     const from = text.lastIndexOf("\n", spot.key_from - 1) + 1;

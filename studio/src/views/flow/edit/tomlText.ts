@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Locations of the values in a TOML text: parses enough of the language to find each key with its value in any context.
 
-/** A value in the text: its span, and what must be deleted with it. */
+/** A value in the text: its span, and the text to be deleted together with it. */
 export interface Spot {
   /** Start of the value. */
   from: number;
@@ -10,20 +10,20 @@ export interface Spot {
   key_from: number;
   /** True if the value is in an inline table or array, between commas. */
   isInline: boolean;
-  /** Position for a further key if the value is an inline table, and whether the table is empty. */
+  /** For an inline table, the position at which a further key is inserted, and whether the table is empty. */
   room: { at: number; isEmpty: boolean } | null;
 }
 
-/** A table with a heading: the positions of the heading and of a further line. */
+/** A table with a header: the position of the header, and the position at which a line is added. */
 export interface Section {
   path: readonly string[];
   heading: number;
   at: number;
 }
 
-/** An array of tables, each with its own heading: `[[verbs.swing.transitions]]`. Its tables are sections, numbered from 0. */
+/** An array of tables, each with its own header, `[[verbs.swing.transitions]]`. Its tables are sections, numbered from 0. */
 export interface Tables {
-  /** The heading, exactly as in the text. */
+  /** The header, exactly as in the text. */
   heading: string;
   count: number;
 }
@@ -34,12 +34,12 @@ export interface Map_ {
   arrays: ReadonlyMap<string, Tables>;
 }
 
-/** Returns the key of a path in the maps. */
+/** Returns the key that represents a path in the maps. */
 export function pathKey(path: readonly string[]): string {
   return JSON.stringify(path);
 }
 
-/** Finds every key of a text that is valid TOML; returns null if it contains unsupported syntax. */
+/** Locates every key of a text that is valid TOML; returns null if it contains unsupported syntax. */
 export function mapOf(text: string): Map_ | null {
   try {
     return new Scanner(text).all();
@@ -100,7 +100,7 @@ class Scanner {
     return [...path, String(array.count - 1)];
   }
 
-  /** Returns the path of a heading; below an array of tables, it belongs to the last table. */
+  /** Returns the path of a header; below an array of tables, it belongs to the last table. */
   #inArrays(written: readonly string[]): string[] {
     const path: string[] = [];
     for (const key of written) {
@@ -111,7 +111,7 @@ class Scanner {
     return path;
   }
 
-  /** Reads `key = value`. */
+  /** Parses `key = value`. */
   #pair(table: readonly string[], isInline: boolean): void {
     const key_from = this.#at;
     const path = [...table, ...this.#path()];
@@ -152,7 +152,7 @@ class Scanner {
     return { at, isEmpty };
   }
 
-  /** Reads an array; its items are numbered from 0. */
+  /** Parses an array; its items are numbered from 0. */
   #array(path: readonly string[]): void {
     this.#at += 1;
     let number = 0;
@@ -213,7 +213,7 @@ class Scanner {
     while (this.#text[this.#at] === " " || this.#text[this.#at] === "\t") this.#at += 1;
   }
 
-  /** Skips spaces, line ends and comments. */
+  /** Skips whitespace, line ends and comments. */
   #blank(): void {
     const between = /[ \t\r\n]*(#[^\n]*)?/y;
     for (;;) {

@@ -8,9 +8,9 @@ import type { Placement } from "./placement";
 
 export interface TrialRequest {
   every_ns: number;
-  /** Interrupt source, such as `rtp0.fast`. */
+  /** Name of the interrupt source, such as `rtp0.fast`. */
   source: string;
-  /** Sources of blocks of the graph that run elsewhere. */
+  /** Sources of those blocks of the graph that run on other sources. */
   placement: Placement;
   /** For each input of the graph, an existing SVV or a constant value. */
   inputs: Record<string, { svv: string } | { value: Value }>;
@@ -27,13 +27,13 @@ const KEY = "opengpac.trial";
 /** Label of the graph in the enclosing verb. */
 const LABEL = "graph";
 
-/** Stores the trial of this tab, so that it is found again after a change of views or a reload. */
+/** Stores the trial of this tab, so that it can be restored after a change of views or a reload. */
 export function keepTrial(control: Control, trial: Trial | null): void {
   if (trial === null) sessionStorage.removeItem(KEY);
   else sessionStorage.setItem(KEY, JSON.stringify({ ...trial, run: control.version.run }));
 }
 
-/** Returns the trial of this tab; null if there is none, or the system has restarted. */
+/** Returns the trial of this tab; null if there is none, or if the system has restarted. */
 export function keptTrial(control: Control): Trial | null {
   try {
     const { run, ...trial } = JSON.parse(sessionStorage.getItem(KEY) ?? "null") as Trial & { run: string };
@@ -43,7 +43,7 @@ export function keptTrial(control: Control): Trial | null {
   }
 }
 
-/** Returns a verb that starts a graph by itself: one command list, which activates the graph. */
+/** Returns a verb that only runs this graph: its single command list activates the graph. */
 export function verbAround(graph: Graph, every_ns: number): Record<string, unknown> {
   const ports = [...Object.keys(graph.inputs), ...Object.keys(graph.outputs)];
   return {
@@ -56,8 +56,8 @@ export function verbAround(graph: Graph, every_ns: number): Record<string, unkno
 }
 
 /**
- * Installs a graph and starts it. Throws `RefusalError`: the definition and SVVs are then kept, but an instance that was not started is
- * deleted.
+ * Installs a graph and starts it. If that fails, throws `RefusalError`; the definition and SVVs are then kept, but an instance that was
+ * not started is deleted.
  */
 export async function begin(control: Control, draft: Draft & { kind: "graph" }, faces: Faces, wanted: TrialRequest): Promise<Trial> {
   const graph = draft.of;

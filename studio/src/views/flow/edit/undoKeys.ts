@@ -2,8 +2,8 @@
 import { useEffect, useRef } from "react";
 
 /**
- * Handles Ctrl+Z (undo), and Ctrl+Y and Ctrl+Shift+Z (redo), of the draft. While a person types in a field, these keys apply to the
- * field.
+ * Handles Ctrl+Z (undo), and Ctrl+Y and Ctrl+Shift+Z (redo), for the draft. While a person is typing in a field, these shortcuts apply
+ * to the field.
  */
 export function useUndoKeys(back: (() => void) | null, again: (() => void) | null): void {
   const ways = useRef({ back, again });

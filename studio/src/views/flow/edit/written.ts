@@ -9,10 +9,10 @@ export function words(text: string): string[] {
   return text.split(/[\s,]+/).filter(Boolean);
 }
 
-/** A number with its unit: "3 Hz", "2 N.m/rad". */
+/** Pattern of a number with its unit: "3 Hz", "2 N.m/rad". */
 const QUANTITY = /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*[a-zµ°Ω%][\w./*^µ°Ω|-]*$/i;
 
-/** Reads a person's text as a value of a type: a number, a Boolean or a list. Empty text means the default. */
+/** Parses a person's text as a value of a type: a number, a Boolean or a list. An empty text means the default. */
 export function constantOf(text: string, type_text: string): { value: Value | undefined; wrong: string | null } {
   if (text === "") return { value: undefined, wrong: null };
   // A list of numbers needs no brackets: 0, 0, 1.
@@ -30,13 +30,13 @@ export function constantOf(text: string, type_text: string): { value: Value | un
   }
 }
 
-/** Reads a person's text as the value of an input parameter: a constant, or a fraction of the parameter's maximum, "25 %". */
+/** Parses a person's text as the value of an input parameter: a constant, or a percentage of the parameter's maximum, "25 %". */
 export function givenOf(text: string): { value: Value | undefined; wrong: string | null } {
   if (/^-?\d+(\.\d+)?\s*%$/.test(text)) return { value: text, wrong: null };
   return constantOf(text, "value");
 }
 
-/** Formats a constant; lists of numbers have no brackets. */
+/** Formats a constant; lists of numbers are formatted without brackets. */
 export function constantText(value: Value | undefined): string {
   if (value === undefined || value === null) return "";
   if (typeof value === "string") return value;
@@ -44,14 +44,14 @@ export function constantText(value: Value | undefined): string {
   return isPlain ? value.join(", ") : JSON.stringify(value);
 }
 
-/** Reads a person's text as an interval, ns; null if it is empty. */
+/** Parses a person's text as an interval, ns; null if the text is empty. */
 export function everyOf(text: string): ReadResult<number | null> {
   if (text === "") return { value: null };
   const read = durationNs(text);
   return read.wrong !== undefined || read.value > 0 ? read : { wrong: `'${text}' is not an interval: it must be more than 0` };
 }
 
-/** Reads the range of an input parameter, numbers or parameters of objects: "0, arm.max_speed". Empty text means no range. */
+/** Parses the range of an input parameter, given as numbers or parameters of objects: "0, arm.max_speed". An empty text means no range. */
 export function withinOf(text: string): ReadResult<[Bound, Bound] | null> {
   if (text === "") return { value: null };
   const ends = text.split(/[\s,]+/).filter(Boolean);

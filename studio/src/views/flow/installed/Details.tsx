@@ -111,7 +111,7 @@ function BlockDetails(props: { instance: InstalledInstance; block: InstalledBloc
   );
 }
 
-/** Returns whether the value of a cell can be read. A device's channel cannot; only the values that blocks compute from it can. */
+/** Returns whether the value of a cell can be read. A device's channel cannot be read, but values that blocks compute from it can. */
 function isReadable(instance: InstalledInstance, cell: string | null): cell is string {
   return cell !== null && instance.cells.some((one) => one.name === cell && (one.kind === "svv" || one.kind === "private"));
 }

@@ -130,12 +130,12 @@ function Sources(props: { of: Drawing }) {
   );
 }
 
-/** Maximum number of blocks shown at first, to keep the drawing comprehensible. */
+/** Maximum number of blocks shown initially, to keep the drawing comprehensible. */
 const BLOCKS_FIRST = 20;
 
 /**
- * Returns the instances hidden initially: those that are not running, and those that would exceed `BLOCKS_FIRST`, with actions
- * considered first.
+ * Returns the instances that are hidden initially: those that are not running, and those that would exceed `BLOCKS_FIRST`. Instances
+ * that act on devices are shown first.
  */
 function useFirst(instances: InstalledInstance[]): ReadonlySet<string> {
   const [first, setFirst] = useState<ReadonlySet<string> | null>(null);
@@ -163,7 +163,7 @@ function toggled(of: ReadonlySet<string>, name: string): ReadonlySet<string> {
   return next;
 }
 
-/** Form of a drawing: instances with the same blocks and cells are drawn the same, whatever their state. */
+/** Structure of a drawing. Instances with the same blocks and cells are drawn in the same way, regardless of their state. */
 interface Form {
   names: string[];
   parts: unknown[];
@@ -179,7 +179,7 @@ function isSameForm(one: Form | null, other: Form): boolean {
   return one !== null && one.opened === other.opened && same(one.names, other.names) && same(one.parts, other.parts);
 }
 
-/** Returns the drawing, as the same object while it is unchanged: states and lists change often, boxes and wires rarely. */
+/** Returns the drawing, as the same object while it is unchanged, because states and lists change often, but boxes and wires rarely. */
 function useDrawing(shown: InstalledInstance[], opened: ReadonlySet<string>): Drawing {
   const [kept, setKept] = useState<{ form: Form | null; text: string; drawing: Drawing }>({ form: null, text: "", drawing: NOTHING });
   const form = formOf(shown, opened);
@@ -197,7 +197,7 @@ const GROUPINGS = [
   { by: "source", text: "By source" },
   { by: "instance", text: "By instance" },
 ] as const;
-/** Region of SVVs and channels that belong to no source or instance. */
+/** Region of SVVs and channels that do not belong to a single source or instance. */
 const SHARED = "shared";
 
 interface ArrangedDrawing {
@@ -207,7 +207,7 @@ interface ArrangedDrawing {
   of: string;
 }
 
-/** Returns the positions including those of moved boxes, as long as the same boxes are drawn. */
+/** Returns the positions, including those of moved boxes, as long as the same boxes are drawn. */
 function useMoved(arranged: ArrangedDrawing | null): { places: ReadonlyMap<string, Place>; move: (box: string, to: Place) => void } {
   const [moved, setMoved] = useState<{ of: string; to: ReadonlyMap<string, Place> }>({ of: "", to: new Map() });
   const of = arranged?.of ?? "";

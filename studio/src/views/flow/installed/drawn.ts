@@ -3,17 +3,17 @@ import type { InstalledBlock, InstalledCell, InstalledInstance } from "../../../
 import { period } from "../../../design/numbers";
 import type { Box, Drawing, Port, Wire } from "../drawing/drawing";
 
-/** A port, and the box at which it is drawn: its own, or that of the enclosing closed graph. */
+/** A port, and the box at which it is drawn: its block, or the closed graph that encloses the block. */
 interface BoxPort {
   box: string;
   port: Port;
 }
 
 /**
- * Returns the data flow of installed instances. `opened` contains the ids of nested graphs whose blocks are shown; any other graph is
- * one box with the ports that cross its edge.
+ * Returns the data flow of installed instances. `opened` contains the ids of nested graphs whose blocks are shown; any other graph is a
+ * single box with the ports that cross its edge.
  *
- * A private cell is a wire from its writer to each reader; an SVV or a channel, which may be shared, is a box of its own.
+ * A private cell is a wire from its writer to each reader. An SVV or a channel, which may be shared, is a separate box.
  */
 export function drawn(instances: InstalledInstance[], opened: ReadonlySet<string>): Drawing {
   const boxes = new Map<string, Box>();

@@ -4,7 +4,7 @@ import type { InstalledInstance } from "../../../control/shapes";
 import { type Findable, findables } from "../drawing/Find";
 import { drawn, graphsOf } from "./drawn";
 
-/** Returns the objects of all instances, with all graphs opened. `open` shows an instance and opens graphs by their ids. */
+/** Returns the objects of all instances, with all graphs opened. `open` shows an instance, and opens the graphs with these ids. */
 export function everythingIn(instances: InstalledInstance[], open: (instance: string, graphs: string[]) => void): Findable[] {
   const found = new Map<string, Findable>();
   for (const instance of instances) {

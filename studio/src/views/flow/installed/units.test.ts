@@ -3,7 +3,7 @@ import { expect, test } from "vitest";
 import type { InstalledInstance } from "../../../control/shapes";
 import { inOwnUnits, unitOf } from "./units";
 
-/** Returns a servo of a joint whose position has these units; its error is a private cell. */
+/** Returns a joint's servo whose position has these units; its error is a private cell. */
 function servo(...units: string[]): InstalledInstance {
   const port = (unit: string, cell: string | null) => ({ name: "p", unit, cell });
   const cell = (name: string, unit: string) => ({ name, unit });

@@ -3,8 +3,8 @@ import type { InstalledInstance } from "../../../control/shapes";
 import { choices } from "../../../design/units";
 
 /**
- * Returns an instance with the units of its devices: a servo of a sliding joint reads m and N where its blocks declare `rad|m` and
- * `N.m|N`. The choice is the one on which all ports bound to cells with a single unit agree; without agreement, the units stay as
+ * Returns an instance with the units of its devices: a servo of a prismatic joint reads m and N where its blocks declare `rad|m` and
+ * `N.m|N`. The chosen unit is the one on which all ports bound to cells with a single unit agree; if they disagree, the units remain as
  * declared.
  */
 export function inOwnUnits(instance: InstalledInstance): InstalledInstance {
@@ -18,7 +18,7 @@ export function inOwnUnits(instance: InstalledInstance): InstalledInstance {
   };
 }
 
-/** Returns the unit in this instance for a unit of its verb. */
+/** Returns the unit in this instance for a unit of the verb. */
 export function unitOf(instance: InstalledInstance, unit: string): string {
   return of(unit, choiceOf(instance) ?? -1);
 }

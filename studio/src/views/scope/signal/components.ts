@@ -8,7 +8,7 @@ export function componentNames(type_text: string, components: number): string[] 
   return components === 1 ? [""] : Array.from({ length: components }, (_, i) => `[${i}]`);
 }
 
-/** Returns for each component whether it is a C truth value. */
+/** Returns for each component whether it is a C Boolean. */
 export function truthValues(type_text: string, components: number): boolean[] {
   const numbers = read(tokens(type_text));
   return Array.from({ length: components }, (_, i) => numbers?.length === components && numbers[i]?.scalar === "bool");

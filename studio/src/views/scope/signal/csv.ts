@@ -6,7 +6,7 @@ const PART_ROWS = 4096;
 
 /**
  * Formats the values as CSV, in parts: `time_s`, then a column for each component, empty if its channel has no value at that time.
- * Numbers have all their digits. Missing values are listed first, in lines that begin with `#` (pandas: `comment="#"`).
+ * Numbers are written in full precision. Missing values are listed first, in lines that begin with `#` (pandas: `comment="#"`).
  */
 export function* csv(channels: readonly ExportedChannel[], from_ns: number, to_ns: number): Generator<string> {
   const missing = missingText(channels, from_ns, to_ns);

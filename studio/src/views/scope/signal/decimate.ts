@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Series } from "./series";
 
-/** Points of a line: `x` in pixels from the left edge, `y` in units; a NaN `y` breaks the line. */
+/** Points of a line: `x` in pixels from the left edge, `y` in the trace's unit; a NaN `y` breaks the line. */
 export interface Points {
   x: Float32Array;
   y: Float64Array;
@@ -13,8 +13,8 @@ export interface Points {
 /**
  * Returns the points of a trace on a screen that is `width` pixels wide and shows `from_ns … to_ns`.
  *
- * If a pixel column has several values, it gets the first, minimum, maximum and last of them in order of time: pixel by pixel, the line
- * equals that of all values, and no peak is lost. If there are few values, each keeps its exact position.
+ * If several values fall in one pixel column, the first, minimum, maximum and last of them are drawn in time order: pixel by pixel, the
+ * line equals the line through all values, and no peak is lost. If there are few values, each keeps its exact position.
  */
 export function decimate(series: Series, from_ns: number, to_ns: number, width: number): Points {
   const per_ns = width / (to_ns - from_ns);

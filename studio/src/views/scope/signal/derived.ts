@@ -27,16 +27,16 @@ export function derivative(of: Series): Series {
 }
 
 /**
- * Subtracts a series from another, at the times of the first, with the present value of the second. The result is undefined in the gaps
- * of either.
+ * Subtracts one series from another, at the times of the first, using the current value of the second. The result is undefined in gaps
+ * of either series.
  */
 export function difference(one: Series, other: Series): Series {
   return combined([one, other], ([first, second]) => (first as number) - (second as number));
 }
 
 /**
- * Computes values from several series, at the times of the first, with the present values of the others. The result is undefined in the
- * gaps of any.
+ * Computes values from several series, at the times of the first, using the current values of the others. The result is undefined in
+ * gaps of any series.
  */
 export function combined(of: readonly Series[], value: (of: readonly number[]) => number): Series {
   const [one = [], ...others] = of;

@@ -3,8 +3,8 @@
 import FFT from "fft.js";
 
 /**
- * Returns the discrete Fourier transform of real values at the frequencies 0 … N/2, as interleaved real and imaginary parts. There is no
- * zero padding: frequency k has exactly k cycles in N values.
+ * Returns the discrete Fourier transform of real values at the frequencies 0 … N/2, as interleaved real and imaginary parts. No zero
+ * padding is applied: frequency k has exactly k cycles in N values.
  */
 export function dft(values: Float64Array): ArrayLike<number> {
   const count = values.length;
@@ -18,7 +18,10 @@ export function dft(values: Float64Array): ArrayLike<number> {
   return chirped(values);
 }
 
-/** Computes the transform by Bluestein's algorithm (1970), as a convolution with a chirp whose length can be chosen freely. */
+/**
+ * Computes the transform with Bluestein's algorithm (1970), as a convolution with a chirp; the length of the convolution can be chosen
+ * freely.
+ */
 function chirped(values: Float64Array): Float64Array {
   const count = values.length;
   const size = 2 ** Math.ceil(Math.log2(2 * count - 1));

@@ -31,7 +31,10 @@ interface Symbol_ {
   at: number;
 }
 
-/** Parses a formula: numbers, names of traces, + − * / ^, brackets, functions. Throws an `Error` with the position and the reason. */
+/**
+ * Parses a formula: numbers, names of traces, + − * / ^, parentheses, functions. Throws an `Error` with the position of the mistake and
+ * the reason.
+ */
 export function formula(text: string): Formula {
   return new Parser(text).whole();
 }

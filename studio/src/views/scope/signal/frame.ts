@@ -17,11 +17,11 @@ export interface StreamChannel {
 /** Values of one channel in one frame. */
 export interface Run {
   channel: number;
-  /** Number of stored values that were not sent since the previous frame. */
+  /** Number of values stored since the previous frame that were not sent. */
   lost: number;
   times_ns: Float64Array;
   numbers: Float64Array;
-  /** The values in order, with the components of each side by side. */
+  /** Values in order; the components of each value are contiguous. */
   values: Float64Array;
 }
 
@@ -36,7 +36,10 @@ export class MalformedFrame extends Error {
 const RUN_HEAD = 16;
 const TWO_32 = 2 ** 32;
 
-/** Decodes a whole frame. Times and numbers are exact below 2^53 (104 days in ns). Throws `MalformedFrame` without using any of it. */
+/**
+ * Decodes a complete frame. Times and numbers are exact below 2^53 (104 days in ns). Throws `MalformedFrame` if any part of the frame is
+ * malformed.
+ */
 export function decodeFrame(frame: DataView, channels: readonly StreamChannel[]): Run[] {
   const body = bodyOf(frame);
   if (body + 8 > frame.byteLength) throw new MalformedFrame(`${frame.byteLength} bytes end before the number of runs`);

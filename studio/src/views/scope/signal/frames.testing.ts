@@ -51,7 +51,7 @@ export function runOf(times_ns: number[], values: number[], numbers: number[] = 
   };
 }
 
-/** Returns a generator of pseudo-random numbers that are the same in every test run. */
+/** Returns a generator of pseudo-random numbers; the sequence is the same in every test run. */
 export function random(seed: number): () => number {
   let state = seed >>> 0;
   return () => {

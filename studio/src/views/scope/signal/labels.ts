@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Labels of an axis: with as many digits as the distance between its marks requires.
 
-/** Labels at the marks of an axis, and the conversion from labels to values. */
+/** Labels of the tick marks of an axis, and the conversion from labels to values. */
 export interface Labels {
   texts: string[];
   /** Common factor and offset, usually "": "×10⁶", "+ 1.25", "×10⁻⁹ + 3". Each value is label · factor + offset. */
@@ -10,13 +10,13 @@ export interface Labels {
   offset: number;
 }
 
-/** Magnitudes from which, and below which, numbers are written with a power of ten. */
+/** Magnitudes above and below which numbers are written with a power of ten. */
 const [LARGE, SMALL] = [1e6, 1e-3];
 const DECIMALS_MAX = 20;
 
 /**
- * Returns labels of ascending marks that are multiples of `step`, usually of at most `room` characters. Repeated labels, of marks that a
- * double cannot distinguish, are empty.
+ * Returns labels for ascending tick marks that are multiples of `step`, usually at most `room` characters long. If double precision
+ * cannot distinguish marks, their repeated labels are empty.
  */
 export function labelsOf(marks: readonly number[], step: number, room: number): Labels {
   const fits = ({ texts }: Labels) => texts.every((text) => text.length <= room);
@@ -41,7 +41,7 @@ export function rangeText(lo: number, hi: number): string {
   return `${Number(lo.toPrecision(digits))} … ${Number(hi.toPrecision(digits))}`;
 }
 
-/** Formats the marks. Below the magnitude `small`, all labels have a common power of ten. */
+/** Formats the tick marks. If they are below the magnitude `small`, all labels share a power of ten. */
 function scaled(marks: readonly number[], step: number, offset: number, small: number): Labels {
   const size = Math.max(step, ...marks.map(Math.abs));
   const exponent = size >= LARGE || size < small ? 3 * Math.floor(Math.log10(size * (1 + 1e-12)) / 3) : 0;
@@ -63,7 +63,7 @@ function scaled(marks: readonly number[], step: number, offset: number, small: n
   };
 }
 
-/** Returns the number of decimals of a step: 0.25 has two. */
+/** Returns the number of decimal places of a step: 0.25 has two. */
 function decimalsOf(step: number): number {
   for (let decimals = 0; decimals < DECIMALS_MAX; decimals += 1) {
     const whole = step * 10 ** decimals;
@@ -72,7 +72,7 @@ function decimalsOf(step: number): number {
   return DECIMALS_MAX;
 }
 
-/** Formats a number with the digits above those of a step. */
+/** Formats a number to the precision of a step. */
 function digitsOf(value: number, step: number): string {
   const digits = Math.min(17, Math.max(1, Math.ceil(Math.log10(value / step)) + 1));
   return String(Number(value.toPrecision(digits)));

@@ -11,8 +11,8 @@ interface Message {
 }
 
 /**
- * Writes the values as an MCAP file: a channel of JSON messages for each SVV or private cell, `{"value": …, "number": n}` at the time of
- * its value. The metadata `missing` lists the missing values. `gpac.open_recording` reads the file like a recording.
+ * Writes the values to an MCAP file, with a channel of JSON messages for each SVV or private cell, `{"value": …, "number": n}`, at the
+ * time of each value. The metadata `missing` lists the missing values. `gpac.open_recording` reads the file like a recording.
  */
 export async function mcap(
   channels: readonly ExportedChannel[],
@@ -68,7 +68,7 @@ function aboutOf(system: string, begins_ns: number): Map<string, string> {
   ]);
 }
 
-/** Returns the number of lost values by channel, only for channels that lost some. */
+/** Returns the number of lost values by channel, only for channels with losses. */
 function lostOf(channels: readonly ExportedChannel[], from_ns: number, to_ns: number): Map<string, string> {
   const counts = channels.map(
     ({ name, ring }) => [name, missingIn(ring, from_ns, to_ns).reduce((sum, { lost }) => sum + lost, 0)] as const,

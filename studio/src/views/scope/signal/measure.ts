@@ -2,14 +2,14 @@
 import type { RecordedSums as Sums } from "../../../control/shapes";
 import type { Series } from "./series";
 
-/** Measures of a trace over a span; every finite value counts once. */
+/** Measurements of a trace over a span. Every finite value counts once. */
 export interface Measures {
   count: number;
   min: number;
   max: number;
   mean: number;
   rms: number;
-  /** Standard deviation of the population: the root of the mean squared difference from the mean. */
+  /** Population standard deviation: root mean square of the differences from the mean. */
   deviation: number;
   peak_to_peak: number;
 }
@@ -47,20 +47,20 @@ export function measure(series: Series, from_ns = Number.NEGATIVE_INFINITY, to_n
   return measuresOf({ count, min, max, sum, squares, spread });
 }
 
-/** Computes the measures from exact sums of all values. */
+/** Computes the measurements from exact sums of all values. */
 export function measuresOf({ count, min, max, sum, squares, spread }: Sums): Measures | null {
   if (count === 0) return null;
   const [mean, rms, deviation] = [sum / count, Math.sqrt(squares / count), Math.sqrt(spread / count)];
   return { count, min, max, mean, rms, deviation, peak_to_peak: max - min };
 }
 
-/** Returns the spread of two parts together, from both spreads and the distance of their means. */
+/** Returns the spread of the union of two sections, from both spreads and the difference of their means. */
 export function spreadOf(one: Sums, other: Sums): number {
   const apart = other.sum / other.count - one.sum / one.count;
   return one.spread + other.spread + (apart * apart * one.count * other.count) / (one.count + other.count);
 }
 
-/** Returns the value of a series at a time, which is the last one at or before it; null before the first, and in a gap. */
+/** Returns the value of a series at a time, that is, the most recent value at or before it; null before the first value, and in a gap. */
 export function heldAt(series: Series, time_ns: number): number | null {
   let found: number | null = null;
   for (const { times_ns, values, from, to, broken } of series) {

@@ -5,7 +5,7 @@ export interface Range {
   hi: number;
 }
 
-/** Returns a range with round ends that contains `low … high` with some margin. */
+/** Returns a range with round limits that contains `low … high` with some margin. */
 export function roundRange(low: number, high: number): Range {
   if (!(low <= high)) return { lo: -1, hi: 1 };
   const size = high - low || Math.abs(high) || 1;
@@ -14,14 +14,14 @@ export function roundRange(low: number, high: number): Range {
   return { lo: Math.floor((low - air) / step) * step, hi: Math.ceil((high + air) / step) * step };
 }
 
-/** Returns 1, 2 or 5 times a power of ten, at least `size`. */
+/** Returns the smallest 1, 2 or 5 times a power of ten that is at least `size`. */
 export function roundStep(size: number): number {
   const power = 10 ** Math.floor(Math.log10(size));
   const part = size / power;
   return (part <= 1 ? 1 : part <= 2 ? 2 : part <= 5 ? 5 : 10) * power;
 }
 
-/** Ranges that follow the values, but stay constant as long as the values fill them well: a jumping axis is unreadable. */
+/** Ranges that follow the values, but stay constant as long as the values fill them well, because a jumping axis is unreadable. */
 export class Ranges {
   readonly #kept = new Map<string, Range>();
 

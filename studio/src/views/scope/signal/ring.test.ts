@@ -5,7 +5,7 @@ import { Ring } from "./ring";
 
 const KEEP = 1e12;
 
-/** Returns the content of a ring: number, time and value, and the missing values before it. */
+/** Returns the contents of a ring: number, time and value, and the number of missing values before each. */
 function kept(ring: Ring) {
   const made = [];
   for (let i = ring.first; i < ring.end; i += 1) {

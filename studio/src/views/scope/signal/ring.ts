@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Run } from "./frame";
 
-/** Missing values before the value `before`. */
+/** Missing values before the value with the index `before`. */
 export interface Gap {
   /** Index of the first value after the gap. */
   before: number;
@@ -30,10 +30,10 @@ export interface Counts {
 const FIRST_CAPACITY = 1024;
 
 /**
- * The newest values of one channel, each with its time and number, and the gaps between them.
+ * The most recent values of one channel, each with its time and number, and the gaps between them.
  *
- * The indices of values increase: `first` is the oldest value stored, `end` is one past the newest. The memory grows until it holds
- * `keep_ns`, or `capacity_max` values; then new values overwrite the oldest.
+ * The indices of values increase: `first` is the index of the oldest stored value, `end` is one past the index of the latest. The memory
+ * grows until it holds `keep_ns`, or `capacity_max` values; then new values overwrite the oldest.
  */
 export class Ring {
   readonly components: number;
@@ -73,7 +73,7 @@ export class Ring {
     return this.#capacity * 8 * (1 + this.components);
   }
 
-  /** Time of the newest value, ns; null if there is none. */
+  /** Time of the latest value, ns; null if there is none. */
   get newest_ns(): number | null {
     return this.#end > this.#first ? this.time_ns(this.#end - 1) : null;
   }
@@ -82,12 +82,12 @@ export class Ring {
     return this.#end > this.#first ? this.time_ns(this.#first) : null;
   }
 
-  /** Returns the number of values since the first, by their numbers. */
+  /** Number of values since the first, according to their numbers. */
   get numbered(): number {
     return this.#last && this.#origin !== null ? this.#last.number - this.#origin : 0;
   }
 
-  /** Number of missing values after the newest one. */
+  /** Number of missing values after the latest one. */
   get open(): { lost: number; skipped: number } {
     return this.#missing;
   }
@@ -110,7 +110,7 @@ export class Ring {
     return index + offset;
   }
 
-  /** Adds the values of one frame. Values later than `keep_until_ns` are counted, but not stored. */
+  /** Adds the values of one frame. Values later than `keep_until_ns` are counted but not stored. */
   take(run: Run, keep_until_ns = Number.POSITIVE_INFINITY): void {
     let missing = run.lost;
     if (this.#resumed && this.#last && run.numbers.length > 0) {
@@ -127,7 +127,7 @@ export class Ring {
     this.#missing.lost += behind;
   }
 
-  /** Records a reconnection: values missing by number before the next value count as lost. */
+  /** Records a reconnection: values that are missing before the next one, according to its number, count as lost. */
   resume(): void {
     this.#resumed = true;
   }
@@ -155,7 +155,7 @@ export class Ring {
     return low;
   }
 
-  /** Returns the values `from … to`, in at most two pieces of memory. */
+  /** Returns the values `from … to`, in at most two memory segments. */
   stretches(from: number, to: number): Stretch[] {
     const start = Math.max(from, this.#first);
     const stop = Math.min(to, this.#end);

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 import type { Ring } from "./ring";
 
-/** A piece of a trace without gaps: `from … to` of both arrays. */
+/** A segment of a trace without gaps: `from … to` of both arrays. */
 export interface Piece {
   times_ns: Float64Array;
   values: Float64Array;
   from: number;
   to: number;
-  /** True if values are missing before the piece. */
+  /** True if values are missing before the segment. */
   broken: boolean;
 }
 
-/** Values to be drawn, measured and exported: pieces in order of time. */
+/** Values to be drawn, measured and exported: segments in time order. */
 export type Series = Piece[];
 
 /** Missing values of a channel between `from_ns` and `to_ns`, both exclusive. */
@@ -22,7 +22,9 @@ export interface Missing {
   skipped: number;
 }
 
-/** Returns the values of one component between two times, and one more on each side, so that lines continue to the edges of the screen. */
+/**
+ * Returns the values of one component between two times, plus one value on each side, so that lines continue to the edges of the screen.
+ */
 export function seriesOf(ring: Ring, component: number, from_ns: number, to_ns: number): Series {
   return piecesOf(ring, component, Math.max(ring.first, ring.indexAt(from_ns) - 1), Math.min(ring.end, ring.indexAt(to_ns) + 1));
 }
@@ -42,7 +44,7 @@ function piecesOf(ring: Ring, component: number, from: number, to: number): Seri
   return pieces;
 }
 
-/** Returns the spans between two times in which values of a channel are missing. The last one may be open, with an infinite `to_ns`. */
+/** Returns the spans between two times in which values of a channel are missing. The last span may be open, with an infinite `to_ns`. */
 export function missingIn(ring: Ring, from_ns: number, to_ns: number): Missing[] {
   const found: Missing[] = [];
   for (const { before, lost, skipped } of ring.gaps) {

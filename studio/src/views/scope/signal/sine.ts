@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
-/** A sine in equidistant values: cycles per value, and amplitude. */
+/** A sine wave in equidistant values: cycles per value, and amplitude. */
 export interface Sine {
   cycles: number;
   amplitude: number;
@@ -11,7 +11,7 @@ const ROUNDS_MAX = 30;
 const COUNT_MIN = 8;
 
 /**
- * Returns the sine with an offset that best fits the values, near `cycles` per value; null if there is none within 1.5 bins.
+ * Returns the sine with an offset that best fits the values, near `cycles` per value; null if none is found within 1.5 bins.
  *
  * The method is the four-parameter fit of IEEE Std 1057, weighted by the window of the spectrum. For a single sine it is exact for any
  * phase, window and number of cycles; the window suppresses other sines as in the spectrum.
@@ -38,11 +38,11 @@ export function sineNear(values: Float64Array, weights: Float64Array, cycles: nu
 interface Fit {
   cos: number;
   sin: number;
-  /** Required change of the angle per value. */
+  /** Correction of the angle per value. */
   step: number;
 }
 
-/** Makes one Gauss-Newton step from the fit `before`. Without one, fits offset and amplitude for a fixed angle per value. */
+/** Performs one Gauss-Newton step from the fit `before`. If `before` is null, fits offset and amplitude for a fixed angle per value. */
 function gaussNewton(values: Float64Array, weights: Float64Array, turn: number, before: Fit | null): Fit | null {
   const count = values.length;
   const middle = (count - 1) / 2;

@@ -5,7 +5,7 @@ import { dft } from "./dft";
 import type { Series } from "./series";
 import { sineNear } from "./sine";
 
-/** Window functions, as sums of cosines: rectangular, Hann, Hamming, Blackman, flat top. */
+/** Window functions as sums of cosines: rectangular, Hann, Hamming, Blackman, flat top. */
 const WINDOWS = {
   rectangular: [1],
   hann: [0.5, 0.5],
@@ -17,7 +17,10 @@ const WINDOWS = {
 export type WindowFunction = keyof typeof WINDOWS;
 export const WINDOW_FUNCTIONS = Object.keys(WINDOWS) as WindowFunction[];
 
-/** `amplitude`: that of a sine, in the trace's unit. `decibel`: 20 log10 of the amplitude. `density`: power spectral density, unit²/Hz. */
+/**
+ * `amplitude` is the amplitude of a sine, in the trace's unit; `decibel` is 20 log10 of the amplitude; `density` is the power spectral
+ * density, unit²/Hz.
+ */
 export const AMOUNTS = ["amplitude", "decibel", "density"] as const;
 export type Amount = (typeof AMOUNTS)[number];
 
@@ -31,14 +34,14 @@ export interface SpectrumSetup {
 }
 
 export interface Spectrum {
-  /** Distance between frequencies: value k is at k · `step_hz`. */
+  /** Spacing between frequencies: value k is at k · `step_hz`. */
   step_hz: number;
   values: Float64Array;
-  /** Number of values of the trace in the spectrum. */
+  /** Number of values of the trace used for the spectrum. */
   count: number;
-  /** Number of these values that were at irregular times or missing, and so replaced by the previous value. */
+  /** Number of values that were missing or at irregular times, and were replaced by the previous value. */
   held: number;
-  /** Returns the sine at a local maximum, whose frequency may be between those of `values`; null if there is none. */
+  /** Returns the sine at a local maximum; its frequency may lie between those of `values`. Returns null if there is none. */
   sineAt: (k: number) => Peak | null;
 }
 
@@ -55,14 +58,14 @@ export interface Regular {
   held: number;
 }
 
-/** Maximum number of values in a spectrum: the newest ones are used. */
+/** Maximum number of values in a spectrum; the latest ones are used. */
 export const COUNT_MAX = 2 ** 20;
 /** Maximum deviation of a value from its regular time, as a fraction of the step. */
 const UNEVEN = 1e-3;
 
 /**
- * Resamples the values between two times at equal steps: values at regular times are taken as they are, others are held until the next.
- * Returns null for fewer than two values.
+ * Resamples the values between two times at equal steps: values at regular times remain unchanged, others are held until the next step.
+ * Returns null if there are fewer than two values.
  */
 export function regular(series: Series, from_ns: number, to_ns: number): Regular | null {
   const times: number[] = [];
@@ -93,7 +96,7 @@ export function regular(series: Series, from_ns: number, to_ns: number): Regular
   return { step_s: step_ns / 1e9, values: made, held };
 }
 
-/** Returns the median step between times; NaN if there is none. */
+/** Returns the median step between times; NaN if there are no steps. */
 function median(times: readonly number[]): number {
   const steps = Float64Array.from({ length: Math.max(0, times.length - 1) }, (_, i) => (times[i + 1] as number) - (times[i] as number));
   return steps.sort()[steps.length >> 1] ?? Number.NaN;
@@ -129,7 +132,7 @@ export function spectrumOf(of: Regular, { window, amount }: Pick<SpectrumSetup, 
   return { step_hz: 1 / (count * of.step_s), values: amplitudes.map((one, k) => shown(one, sidesOf(k))), count, held: of.held, sineAt };
 }
 
-/** Returns the weights of a periodic window, as usual for spectra: the first weight would follow the last. */
+/** Returns the weights of a periodic window, as is usual for spectra, that is, without repeating the first weight at the end. */
 function weightsOf(window: WindowFunction, count: number): Float64Array {
   const weight = (i: number) =>
     WINDOWS[window].reduce((sum, a, k) => sum + (k % 2 === 0 ? a : -a) * Math.cos((2 * Math.PI * k * i) / count), 0);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /**
- * `roll`: no trigger. `auto`: shows the newest values if no trigger occurs. `normal`: shows the last trigger. `single`: stops after the
- * next trigger.
+ * `roll`: no trigger. `auto`: shows the latest values if no trigger occurs. `normal`: shows the latest trigger. `single`: stops after
+ * the next trigger.
  */
 export type SweepMode = "roll" | "auto" | "normal" | "single";
 export type SweepState = "rolling" | "waiting" | "collecting" | "stopped";
@@ -15,10 +15,10 @@ export interface Span {
   triggered: boolean;
 }
 
-/** Time without a trigger after which `auto` shows the newest values, ns of the system's clock; at least one span. */
+/** Time without a trigger after which `auto` shows the latest values, ns of the system's clock; at least one span. */
 const AUTO_NS = 500e6;
 
-/** Decides which span is shown: one for each trigger, which begins `pre_ns` before it and has the length `span_ns`. */
+/** Decides which span is shown: one span for each trigger, which begins `pre_ns` before the trigger and has the length `span_ns`. */
 export class Sweep {
   readonly mode: SweepMode;
   readonly span_ns: number;
@@ -30,7 +30,7 @@ export class Sweep {
   #not_before_ns = Number.NEGATIVE_INFINITY;
   #newest_ns: number | null = null;
 
-  /** `before` is the sweep that this one replaces; its last trigger stays on the screen. */
+  /** `before` is the sweep that this one replaces; its latest trigger stays on the screen. */
   constructor(mode: SweepMode, span_ns: number, pre_ns: number, before?: Sweep) {
     this.mode = mode;
     this.span_ns = span_ns;
@@ -43,19 +43,19 @@ export class Sweep {
     return this.#state;
   }
 
-  /** True if nothing is kept because the one trigger of `single` is complete. */
+  /** True if no more values are stored because the single trigger of `single` is complete. */
   get stopped(): boolean {
     return this.#state === "stopped";
   }
 
-  /** Waits for triggers after `after_ns` only. */
+  /** Waits for a trigger after `after_ns`. */
   arm(after_ns: number): void {
     if (this.mode === "roll") return;
     this.#state = "waiting";
     this.#not_before_ns = after_ns;
   }
 
-  /** Reports that values up to `time_ns` have arrived. */
+  /** Notifies the sweep that values up to `time_ns` have arrived. */
   reached(time_ns: number): void {
     this.#newest_ns = Math.max(time_ns, this.#newest_ns ?? time_ns);
     if (this.#state !== "collecting" || this.#newest_ns < this.#ending()) return;
@@ -63,7 +63,7 @@ export class Sweep {
     this.#not_before_ns = this.#ending();
   }
 
-  /** Reports that the signal crossed the level, or that the event occurred. Returns whether this begins a sweep. */
+  /** Reports that the signal crossed the level, or that the event occurred. Returns whether this starts a sweep. */
   triggered(time_ns: number): boolean {
     if (this.#state !== "waiting" || time_ns < this.#not_before_ns) return false;
     this.#trigger_ns = time_ns;

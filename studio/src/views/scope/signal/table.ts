@@ -14,10 +14,10 @@ export interface ExportedChannel {
   all: string[];
 }
 
-/** Receiver of rows: the channels that have a value at this time, each with the index in its ring. */
+/** Callback for rows. A row has a time, and for each channel the index in its ring of a value at that time, or null. */
 export type Row = (time_ns: number, indices: (number | null)[]) => void;
 
-/** Iterates over the values of all channels in order of time. Values of several channels at the same time form one row. */
+/** Iterates over the values of all channels in time order. Values of several channels at the same time form one row. */
 export function rows(channels: readonly ExportedChannel[], from_ns: number, to_ns: number, row: Row): void {
   const next = channels.map(({ ring }) => ring.indexAt(from_ns));
   const indices: (number | null)[] = channels.map(() => null);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Positions and labels of the marks on an axis.
 
-/** Returns a readable unit for times of a span, and its number per second. */
+/** Returns a readable unit for times within a span, and the number of these units per second. */
 export function timeUnit(span_s: number): { unit: string; per_s: number } {
   if (span_s < 2e-3) return { unit: "µs", per_s: 1e6 };
   if (span_s < 2) return { unit: "ms", per_s: 1e3 };
@@ -9,7 +9,7 @@ export function timeUnit(span_s: number): { unit: string; per_s: number } {
 }
 
 /**
- * Returns the distance of about `count` round marks between `lo` and `hi`: 1, 2 or 5 times a power of ten. Returns NaN for an empty
+ * Returns the spacing for about `count` round tick marks between `lo` and `hi`: 1, 2 or 5 times a power of ten. Returns NaN for an empty
  * range.
  */
 export function stepOf(lo: number, hi: number, count: number): number {
@@ -20,7 +20,7 @@ export function stepOf(lo: number, hi: number, count: number): number {
   return power * ([1, 2, 5].find((part) => part * power >= raw) ?? 10);
 }
 
-/** Returns about `count` round values from `lo` to `hi`; none for an empty range. */
+/** Returns about `count` round values from `lo` to `hi`; empty for an empty range. */
 export function ticks(lo: number, hi: number, count: number): number[] {
   const step = stepOf(lo, hi, count);
   return Number.isNaN(step) ? [] : multiples(lo, hi, step);

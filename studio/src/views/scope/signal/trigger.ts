@@ -6,7 +6,7 @@ export type Edge = "rising" | "falling" | "either";
 export class EdgeFinder {
   readonly edge: Edge;
   readonly level: number;
-  /** Distance by which the signal must return before it can cross again. */
+  /** Distance that the signal must move back before it can cross the level again. */
   readonly hysteresis: number;
   // A signal below the level becomes above at `#up`; one above becomes below when it is less than `#down`.
   readonly #up: number;
@@ -23,12 +23,14 @@ export class EdgeFinder {
     this.#down = edge === "falling" ? level : edge === "rising" ? level - this.hysteresis : level - this.hysteresis / 2;
   }
 
-  /** Reports a gap. */
+  /** Marks a gap before the next value. */
   gap(): void {
     this.#above = null;
   }
 
-  /** Takes the next value. Returns the time at which the signal crossed the level, between the previous value and this one, or null. */
+  /**
+   * Processes the next value. Returns the time at which the signal crossed the level, between the previous value and this one, or null.
+   */
   next(time_ns: number, value: number): number | null {
     if (!Number.isFinite(value)) {
       this.gap();

@@ -6,7 +6,10 @@ import { Acquisition } from "./acquisition";
 const MS = 1e6;
 const double = (name: string) => ({ name, type_text: "double", unit: null, components: 1 });
 
-/** Returns a run of a channel with a period of 1 ms: values `of(number)` from `first` on. Numbers in `drop` are lost. */
+/**
+ * Returns a run of a channel with a period of 1 ms, whose values from number `first` on are `of(number)`. The values with the numbers in
+ * `drop` are lost.
+ */
 function run(channel: number, first: number, count: number, of: (number: number) => number, drop: Set<number> = new Set()): MadeRun {
   const numbers = Array.from({ length: count }, (_, i) => first + i).filter((number) => !drop.has(number));
   return { channel, lost: count - numbers.length, times_ns: numbers.map((number) => number * MS), numbers, values: numbers.map(of) };

@@ -31,15 +31,15 @@ function added(before: Sums | undefined, more: Sums): Sums {
   };
 }
 
-/** Maximum memory of all rings together, bytes. */
+/** Maximum total memory of all rings, bytes. */
 const BYTES_MAX = 512 * 2 ** 20;
 
-/** Acquisition from the stream: stores and counts the values of each channel, and searches them for the trigger. */
+/** Acquisition of values from the stream: stores and counts the values of each channel, and searches them for the trigger. */
 export class Acquisition {
   readonly channels = new Map<string, KeptChannel>();
   sweep = new Sweep("roll", 5e9, 0);
   hold = false;
-  /** For a recording, sums over all values of the span, including those not sent, by channel and component. */
+  /** Sums over all values in the span of a recording, including values that were not sent, by channel and component. */
   readonly sums = new Map<string, Sums>();
   /** Number of malformed frames. */
   malformed = 0;
@@ -48,7 +48,7 @@ export class Acquisition {
   #finder: { rule: TriggerRule; edge: EdgeFinder } | null = null;
   #held_from_ns = Number.POSITIVE_INFINITY;
 
-  /** Starts a subscription, or resumes it after a reconnection. */
+  /** Called when a subscription has started, or has resumed after a reconnection. */
   subscribed(subscription: number, channels: StreamChannel[]): void {
     this.#subscriptions.set(subscription, channels);
     for (const about of channels) {
@@ -62,7 +62,7 @@ export class Acquisition {
     this.#share();
   }
 
-  /** Adds a part of a span of a recording; the first part replaces all stored values. */
+  /** Adds a section of a span of a recording; if `begins`, it replaces all stored values. */
   past(begins: boolean, channels: readonly StreamChannel[], runs: readonly Run[], sums: readonly Sums[][]): void {
     if (begins) {
       this.channels.clear();
@@ -123,7 +123,7 @@ export class Acquisition {
     if (!this.hold) this.sweep.triggered(time_ns);
   }
 
-  /** Adds the values of a frame. Throws `MalformedFrame` without using any of it. */
+  /** Adds the values of a frame. Throws `MalformedFrame`, without adding any values, if the frame is malformed. */
   frame(subscription: number, buffer: ArrayBuffer): void {
     const channels = this.#subscriptions.get(subscription);
     if (!channels) return;
@@ -140,7 +140,7 @@ export class Acquisition {
     if (newest !== null) this.sweep.reached(newest);
   }
 
-  /** Returns the time of the newest stored value of all channels. */
+  /** Returns the time of the latest stored value of any channel. */
   newest_ns(): number | null {
     let newest: number | null = null;
     for (const { ring } of this.channels.values()) {

@@ -62,7 +62,7 @@ export function drawLine(canvas: Canvas, points: Points, on: PlacedScale, pen: P
   canvas.restore();
 }
 
-/** Returns the minimum and maximum of points; `low > high` if there are none. */
+/** Returns the minimum and maximum of points; `low > high` if there are no points. */
 export function extent(points: Points): { low: number; high: number } {
   let low = Number.POSITIVE_INFINITY;
   let high = Number.NEGATIVE_INFINITY;

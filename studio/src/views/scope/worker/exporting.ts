@@ -6,7 +6,7 @@ import type { Acquisition } from "./acquisition";
 
 type ExportRequest = Extract<ToWorker, { kind: "export" }>;
 
-/** Makes the file: CSV contains the shown components, MCAP whole channels. Derived traces are not exported. */
+/** Creates the file: CSV contains the shown components, MCAP whole channels. Derived traces are not exported. */
 export async function exported(acquisition: Acquisition, traces: readonly ShownTrace[], asked: ExportRequest): Promise<FromWorker> {
   const channels = chosen(acquisition, traces);
   if (channels.length === 0) throw new Error("nothing to export: no trace has values");

@@ -20,10 +20,10 @@ import { drawXy } from "./xy";
 /** Draws and measures the shown traces. */
 export class Picture {
   reference: Behind | null = null;
-  /** The reference with all values of the span, for spectra of a recording. */
+  /** Reference with all values of the span, for spectra of a recording. */
   wholeReference: Behind | null = null;
   readonly #acquisition: Acquisition;
-  /** For a recording, all values of the span. */
+  /** All values of a recording within the span, for spectra. */
   readonly #whole: Acquisition;
   #spectra: ReadonlyMap<string, RowSpectrum> = new Map();
   #spectraBehind: ReadonlyMap<string, RowSpectrum> = new Map();
@@ -80,7 +80,7 @@ export class Picture {
     return [...rows, ...behind.filter((one) => one.measures !== null)];
   }
 
-  /** Returns the picture as SVG, for documents. Throws an `Error` if a trace is along x. */
+  /** Returns the picture as SVG, for documents. Throws an `Error` if the x axis shows the values of a trace. */
   svg(show: Show, span: Span): string {
     const { spectrum } = show;
     if (show.xy !== null) throw new Error("SVG shows traces over time or frequency: choose one of these as the X axis");

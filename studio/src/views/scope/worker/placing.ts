@@ -3,7 +3,7 @@ import type { Show, ShownTrace } from "../messages";
 import type { Range } from "../signal/ranges";
 import type { PlacedScale } from "./draw";
 
-/** Returns the scale with its position in the picture: in the plot of its trace or, for lanes, in the `i`th of `of` lanes. */
+/** Returns the scale with its position in the picture: in the plot of its trace, or, for lanes, in lane `i` of `of`. */
 export function placed(range: Range, i: number, of: number, trace: ShownTrace, show: Show): PlacedScale {
   if (show.scales !== "lanes") {
     const band = show.plots.find(({ plot }) => plot === (trace.setup.plot ?? 0));

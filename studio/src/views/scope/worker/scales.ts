@@ -2,13 +2,13 @@
 import type { Show, ShownTrace } from "../messages";
 import type { Range } from "../signal/ranges";
 
-/** Ranges of the scales by key, and that of the x axis if a trace is along it. */
+/** Ranges of the scales by key, and the range of the x axis if it shows the values of a trace. */
 export interface Scales {
   ranges: Record<string, Range>;
   x: Range | null;
 }
 
-/** Returns the key of a trace's scale; in each plot, traces of one unit share a scale. */
+/** Returns the key of a trace's scale; within a plot, traces with the same unit share a scale. */
 export function scaleKey(trace: Pick<ShownTrace, "id" | "unit" | "setup">, show: { scales: Show["scales"] }): string {
   if (show.scales !== "unit") return `trace ${trace.id}`;
   const { plot = 0 } = trace.setup;

@@ -11,9 +11,9 @@ import { scaleKey } from "./scales";
 import type { Line, PlacedLine } from "./svg";
 import { type Behind, type Store, traceSeries } from "./traces";
 
-/** Levels this many decibels below the maximum are rounding errors of the numbers. */
+/** Level below the maximum, in decibels, beyond which values are only rounding errors. */
 const DECIBELS = 160;
-/** Minimum upper end of the frequency axis, Hz. */
+/** Minimum for the upper end of the frequency axis, Hz. */
 const HIGHEST_MIN = 1e-9;
 
 /** Spectra as lines over frequency, and their properties; `behind` is for the traces shown behind. */
@@ -33,7 +33,7 @@ interface FoundSpectrum {
   peak: Peak | null;
 }
 
-/** Computes the spectrum of each trace over the span, and over the same times of the store behind it. */
+/** Computes the spectrum of each trace over the span, and of the store behind it over the same times. */
 export function spectraOf(show: SpectrumRequest, of: Store, behind: Behind | null, span: Span, ranges: Ranges): Spectra {
   const shift = (behind?.origin_ns ?? 0) - span.origin_ns;
   const found = show.traces.flatMap((trace) => {
@@ -76,7 +76,7 @@ function rowOf({ spectrum, rate_hz, peak }: FoundSpectrum): RowSpectrum {
 }
 
 /**
- * Returns the spectrum as a series over frequency: the visible range, one value more on each side, and the peak if it is between two
+ * Returns the spectrum as a series over frequency: the visible range, plus one value on each side, and the peak if it lies between two
  * values.
  */
 function overFrequency({ spectrum: { step_hz, values }, peak }: FoundSpectrum, { lo, hi }: Range): Series {

@@ -12,7 +12,7 @@ const [LEFT, RIGHT, TOP, BOTTOM, LEGEND] = [70, 16, 12, 44, 18];
 const ROOM = 8;
 const FONT = 'font-family="sans-serif" font-size="12"';
 
-/** A trace as drawn, and the trace behind it. */
+/** A trace as drawn, and the trace shown behind it. */
 export interface Line {
   trace: ShownTrace;
   points: Points;
@@ -25,15 +25,15 @@ export interface PlacedLine extends Line {
   key: string;
 }
 
-/** Range of the x axis, and the unit of its labels; a label is the value times `per`. */
+/** Range of the x axis and the unit of its labels; a label is the value times `per`. */
 export interface Along extends Range {
   unit: string;
   per: number;
 }
 
 /**
- * Returns the lines as SVG with axes and a legend. Only the first scale of a plot has an axis; the ranges of the others are in the
- * legend.
+ * Returns the lines as SVG with axes and a legend. Only the first scale of a plot has an axis; the legend contains the ranges of the
+ * other scales.
  */
 export function svg(lines: readonly PlacedLine[], show: Show, along: Along): string {
   const width = show.width / show.ratio;
@@ -102,13 +102,13 @@ function axes(lines: readonly PlacedLine[], show: Show, along: Along, width: num
   return made;
 }
 
-/** Returns round marks from `lo` to `hi`, and their labels. */
+/** Returns round tick marks from `lo` to `hi`, and their labels. */
 function marksOf(lo: number, hi: number, count: number): { ticks: number[]; texts: string[]; common: string } {
   const found = ticks(lo, hi, count);
   return { ticks: found, ...labelsOf(found, stepOf(lo, hi, count), ROOM) };
 }
 
-/** Returns the line whose scale has the axis of its plot. */
+/** Returns the line whose scale has an axis in its plot. */
 function firstOf(one: PlacedLine, lines: readonly PlacedLine[]): PlacedLine | undefined {
   return lines.find((other) => other.on.top === one.on.top);
 }

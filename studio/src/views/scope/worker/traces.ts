@@ -22,7 +22,7 @@ export function live(acquisition: Acquisition): Store {
   };
 }
 
-/** Returns the values of a trace between two times, and one more on each side. */
+/** Returns the values of a trace between two times, plus one value on each side. */
 export function traceSeries(store: Store, trace: TraceSetup, from_ns: number, to_ns: number): Series {
   if (trace.derive?.kind === "formula") {
     const series = trace.derive.of.map(({ channel, component }) => store.series(channel, component, from_ns, to_ns));
@@ -51,7 +51,7 @@ export interface Behind extends Store {
   readonly sums: Acquisition["sums"] | null;
 }
 
-/** A recording shown behind the present one; `origin_ns` is the time there that corresponds to time 0. */
+/** A recording shown behind the current one; `origin_ns` is its time that corresponds to time 0. */
 export class Beside implements Behind {
   readonly origin_ns: number;
   readonly #of: Acquisition;
@@ -70,7 +70,7 @@ export class Beside implements Behind {
   }
 }
 
-/** Earlier traces that remain on the screen: a copy of their values, and of time 0. */
+/** Earlier traces that remain on the screen: a copy of their values and their time 0. */
 export class Reference implements Behind {
   readonly sums = null;
   readonly origin_ns: number;

@@ -6,7 +6,7 @@ import { exported } from "./exporting";
 import { Picture } from "./picture";
 import { Beside, Reference } from "./traces";
 
-/** Minimum time between two pictures, and between two measurements, ms. */
+/** Minimum interval between two pictures, and between two measurements, ms. */
 const PICTURE_MS = 40;
 const MEASURE_MS = 250;
 

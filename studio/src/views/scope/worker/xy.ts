@@ -14,7 +14,7 @@ interface Curve {
   breaks: Set<number>;
 }
 
-/** Draws the traces against one of them instead of time. Points are at the times of the trace along y. */
+/** Draws the traces against one of them instead of time. Points are drawn at the times of the trace along y. */
 export function drawXy(canvas: Canvas, show: Show, of: Store, span: Span, ranges: Ranges): Scales {
   const along = show.traces.find((trace) => trace.id === show.xy);
   if (!along) return { ranges: {}, x: null };
