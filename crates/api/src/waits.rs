@@ -18,7 +18,8 @@ pub(crate) fn until(system: &System, timeout_ns: Option<i64>, until_ns: Option<i
     }
 }
 
-/// Converts the result of a wait to an outcome; if the slice has expired, this call continues the wait.
+/// Converts the result of a wait to an outcome. If the slice expired first, the outcome contains the call that continues the wait: `call`
+/// with `arguments`.
 pub(crate) fn lasting<T, U: From<T>>(waited: WaitResult<T>, timed_out: U, call: &'static str, arguments: impl FnOnce() -> Json) -> Outcome<U> {
     match waited {
         WaitResult::Done(result) => Outcome::Done(result.into()),

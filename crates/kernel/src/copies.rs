@@ -14,7 +14,8 @@ pub enum Aside {
     Append(u32),
 }
 
-/// Copies of one step. The first word of the instance is 0, because a copy is never ended by the containment.
+/// The copies made by one step. The step loop treats the first word of every instance as `Header::number`; here it is 0, so `RUNNING` is
+/// never set and the containment never ends a copy.
 #[repr(C)]
 pub struct Copies(pub(crate) u64, pub Vec<(Cell, Cell)>);
 

@@ -27,7 +27,7 @@ use opengpac::Type;
 pub use run::{Run, Sample};
 use span::{Joints, Span};
 
-/// Number of spans, of pieces, and of the spans of one move.
+/// Maximum number of spans in a path, of pieces in a path, and of spans in one move.
 pub const SPANS_MAX: usize = 256;
 pub const PIECES_MAX: usize = 128;
 pub const SPANS_OF_MOVE: usize = 32;

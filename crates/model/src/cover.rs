@@ -8,7 +8,7 @@ use crate::refusal::{Class, Refusal, SourceLocation};
 use hints::did_you_mean;
 use indexmap::IndexMap;
 
-/// Maximum number of mistakes per definition for which suggestions are searched.
+/// Maximum number of refusals per definition for which suggestions ("did you mean") are computed.
 const SUGGESTED_MAX: usize = 200;
 
 impl<'a> Flat<'a> {

@@ -55,8 +55,8 @@ const SIGKILL: i32 = 9;
 const GRACE: Duration = Duration::from_secs(3);
 
 impl Places {
-    /// Creates the places of a system of this name. `adopts`: true to search, before starting each process, for one that has lost a
-    /// system of this name.
+    /// Starts and finds processes for the processors of the system `system`. If `adopts` is true, it first looks for a surviving process
+    /// whose supervisor (of a system with this name) is gone, and starts a new one only if there is none.
     pub fn new(system: &str, commands: Commands, adopts: bool) -> Places {
         let (run, telling) = (shared_memory::new_run(), Telling::default());
         Places {

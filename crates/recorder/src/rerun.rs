@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Replays a recording in a separate process while the system runs, and adds recorded values to a difference that it finds.
+//! Replays a recording in a separate process while the system runs. If the replay differs, the recorded values are added to the reported
+//! difference.
 use crate::opened;
 use model::refusal::{Class, Refusal, Refusals};
 use replay::{Apart, DifferenceText, ReplayResult, Replaying, ShownSvv, elements};

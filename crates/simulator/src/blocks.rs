@@ -37,7 +37,8 @@ fn tell(text: String) {
     WRONG.with_borrow_mut(|wrong| wrong.push(text));
 }
 
-/// Returns true if one invocation stored both halves of a pair, or if the program stored one of them.
+/// Returns true if the two values of a pair belong together: the same invocation stored both, or at least one was stored by the program
+/// instead of a block.
 pub fn is_whole(u: f64, v: f64) -> bool {
     u == -v || decode(u).is_none() || decode(v).is_none()
 }

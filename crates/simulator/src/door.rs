@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The other kind of world: the control interface in this process, observers that request everything they can, and a panel that stops
-//! things.
-//!
-//! Requests and their order are drawn from the seed; the interface uses a clock that stands still while any task is running. The system
-//! has a monotonic clock, so a wait keeps its resources while other requests arrive. Only results that do not depend on this machine's
-//! timing are checked and printed.
+//! A second kind of world, run by one seed in 50: the control interface runs in this process, observers send every request they are
+//! allowed to, and a panel issues stops.
 use crate::broken::{BrokenInvariant, broken, text};
 use crate::outcome::Outcome;
 use crate::seed::Numbers;

@@ -80,7 +80,7 @@ def interpreted(uses: Mapping[str, BlockUse], within: str = "") -> Iterator[tupl
 
 def check_placed(verb: Verb[..., Any], system: System) -> None:
     """Refuses interpreted blocks that the call places on a thread of this program. A block without a placement is not refused here; its
-    first invocation is a fault."""
+    first invocation faults."""
     for label, block in verb.interpreted_blocks:
         source = next((source for pattern, source in verb.placement.items() if _matches(pattern, label, verb.name)), None)
         there = system.sources.get(source or "")

@@ -371,7 +371,7 @@ def _flange(mujoco: Any, model: Any, data: Any, ids: list[int], named: str | Non
 
 
 def _tool_site(mujoco: Any, model: Any, ids: list[int], named: str | None) -> int | None:
-    """Returns the candidate tool site that most of these joints move, because in a world of several arms each arm has its own."""
+    """Returns the candidate tool site that is moved by the most of these joints; in a world with several arms, each arm has its own."""
     forces = [int(model.sensor_objid[s]) for s in range(model.nsensor) if model.sensor_type[s] == int(mujoco.mjtSensor.mjSENS_FORCE)]
     names = [model.site(s).name for s in range(model.nsite)]
 

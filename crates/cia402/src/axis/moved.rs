@@ -28,7 +28,7 @@ pub struct Axis {
     title: String,
     /// Function that returns the meaning of an error code.
     named: fn(u16) -> &'static str,
-    /// Time limit for the drive to reach the state operation enabled, s.
+    /// Time limit for the drive to reach the Operation Enabled state, s.
     operating_within_s: f64,
     channels: Channels,
 }

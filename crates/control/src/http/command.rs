@@ -29,7 +29,8 @@ pub(super) async fn holder(State(service): ServiceState) -> Json<Value> {
     told(&service)
 }
 
-/// A request that concerns the command of a session: its body, its action, and the name of the action in the audit file and the log.
+/// Description of a request that takes, requests or passes on command of the system: its name in the audit file and the log, the lane in
+/// which it runs, and the session that its record names.
 struct About {
     name: &'static str,
     lane: Lane,

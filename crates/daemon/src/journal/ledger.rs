@@ -55,7 +55,7 @@ impl Ledger {
         self.started(subject).is_some()
     }
 
-    /// Returns true if the subject is running and suspended.
+    /// Returns true if the subject has been started, has not ended, and is suspended.
     pub fn is_suspended(&self, subject: &Subject) -> bool {
         self.kept.iter().any(|kept| matches!(&kept.line, Line::Became { of, state: State::Suspended } if of == subject))
     }

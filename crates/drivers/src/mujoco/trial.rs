@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Trial of a model before it is loaded: a child process loads it and computes it once, so that failures that MuJoCo does not survive (a
-//! fatal error, an uncaught exception when out of memory, a crash in a damaged file) end the child and not the controller.
+//! Trial load of a model: a child process loads the model and evaluates it once (`mj_forward`), so that failures that MuJoCo does not
+//! survive (a fatal error, an uncaught exception when out of memory, a crash on a damaged file) terminate the child instead of the
+//! controller.
 //!
-//! The child is a Python interpreter, as the library is in the package `mujoco`, with at most half of the memory, 60 s of processor time
-//! and ten minutes. A model that has passed is not tried again in this process as long as its file is unchanged; included files are not
-//! checked. If no interpreter can be started, there is no trial: the model is loaded as it is.
+//! The child is a Python interpreter, because the library is part of the package `mujoco`. It is limited to half of the memory, 60 s of
+//! CPU time and ten minutes. A model that has passed is not tried again in this process as long as its file is unchanged; included files
+//! are not checked. If no interpreter can be started, the trial is skipped and the model is loaded directly.
 use std::collections::VecDeque;
 use std::os::unix::process::ExitStatusExt;
 use std::path::{Path, PathBuf};

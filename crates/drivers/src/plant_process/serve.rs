@@ -92,8 +92,9 @@ struct TakenTime {
 }
 
 impl TakenTime {
-    /// Records the time reported by the driver after the step at `time_ns`, which began at `begun_ns`. If a report is repeated, its
-    /// earlier time is kept, because the clock of steps does not advance while they are late.
+    /// Records the time reported by the driver after the step at `time_ns`, which began at `begun_ns`. If the driver reports the same
+    /// time again, the host time of the first report is kept: `time_ns` lags behind the wall clock when steps are late, so the age could
+    /// not be computed from it.
     fn look(&mut self, told_ns: Option<i64>, time_ns: i64, begun_ns: i64) {
         if told_ns.is_none() || told_ns != self.told_ns {
             let old_ns = told_ns.map_or(0, |told_ns| time_ns.saturating_sub(told_ns).max(0));

@@ -39,7 +39,7 @@ pub(super) struct EtherCat {
     /// Stations: axes first, then terminals.
     stations: Vec<Station>,
     cycle: Option<Cycle>,
-    /// Number of consecutive cycles without an answer, and the reason in the latest one.
+    /// Number of consecutive failed cycles: the answer was missing or incomplete, or a subdevice was not in OP.
     missed: u32,
     written_ns: i64,
 }

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 pub struct Faults {
     /// Minimum delay, ns.
     pub delay_ns_min: i64,
-    /// Maximum delay, ns. Packets that are not reordered still keep their order.
+    /// Maximum delay, ns. A varying delay alone does not reorder packets; see `reorder`.
     pub delay_ns_max: i64,
     /// Probability that a packet is lost.
     pub drop: f64,

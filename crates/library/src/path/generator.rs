@@ -7,8 +7,8 @@ pub(crate) const NO_PLAN: u32 = 1;
 pub(crate) const OTHER_SIZE: u32 = 2;
 /// An override is not within 0 and 1.
 pub(crate) const BAD_OVERRIDE: u32 = 3;
-/// Number of points within a period at which a change of the pace is checked, because a short line or blend may lie between two
-/// set-points.
+/// Number of intervals into which a period is divided to check a change of pace against the limits, because a short line or blend may lie
+/// between two set-points.
 pub(crate) const PLACES: u16 = 6;
 
 /// Declares the block.

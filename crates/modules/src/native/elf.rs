@@ -41,7 +41,7 @@ pub fn check(bytes: &[u8]) -> Result<Elf<'_>, ElfError> {
     Ok(file)
 }
 
-/// Returns the machine of a file, as in the name of a target, and true if the file is little-endian.
+/// Returns the architecture of an ELF file, named as in a target triple, and true if the file is little-endian.
 fn machine<H: FileHeader<Endian = Endianness>>(bytes: &[u8]) -> Result<(String, bool), ElfError> {
     let header = H::parse(bytes).map_err(|_| damaged("its header is damaged"))?;
     let order = header.endian().map_err(|_| damaged("its header is damaged"))?;

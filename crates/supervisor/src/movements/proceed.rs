@@ -213,8 +213,9 @@ impl Course<'_> {
         }
     }
 
-    /// Takes the process from the kernels: nothing advances it until a stage is entered, and the position of the instance is updated.
-    /// Returns false if a kernel was faster and its event has not arrived yet. `insist` overrides a freeze, but never an end.
+    /// Takes the process from the kernels, so that nothing advances it until a stage is entered, and updates the instance's position.
+    /// Returns false if a kernel was faster and its event has not arrived yet. With `insist`, a process that a kernel has frozen is taken
+    /// too, but never one that has ended.
     pub fn take_process(&mut self, insist: bool) -> bool {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return false };

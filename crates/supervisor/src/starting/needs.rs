@@ -16,7 +16,7 @@ pub(crate) struct HeldClaim {
 }
 
 impl Instances {
-    /// Returns the needs of a start that other instances hold, or for which starts before `place` in the queue wait.
+    /// Returns the claims that a start needs and that another instance holds or a start before `place` in the queue is waiting for.
     pub fn held(&self, registry: &Registry, request: &Request, plan: &Plan, place: usize) -> Vec<HeldClaim> {
         let mut held: Vec<HeldClaim> = Vec::new();
         let mut look = |claim: &Claim, arbitration: Arbitration| {
@@ -41,7 +41,7 @@ impl Instances {
         refusal.remedy(format!("wait for '{holder}' or halt it"))
     }
 
-    /// Sorts queued instances first, so that none of them begins while all are being ended.
+    /// Sorts queued instances to the front. They are ended first, so that none of them starts when another one releases its claims.
     pub fn queued_first(&self, instances: &mut [u64]) {
         instances.sort_by_key(|id| self.get(id).is_none_or(|i| i.state() != State::Queued));
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Homes of cells that are written by blocks of several sources, one after the other: the source of the active block. Before such a block
-//! runs, the cell is moved to its source: value, number, time and windows are carried there, and readers in other sources switch to it.
+//! Homes of cells. A cell that blocks of several sources write in turn has a home: the source of the block that currently writes it.
+//! Before a block of another source runs, the cell is moved to that source, with its value, number, time and windows, and readers in
+//! other sources are switched to it.
 use crate::wiring::installed::Homes;
 use kernel::SourceId;
 use model::plan::{Plan, PlannedCommand};

@@ -104,12 +104,12 @@ class CanOpenBus(EmulatedBus):
 def canopen(*nodes: str | Mapping[str, Any]) -> CanOpenBus:
     """Starts an emulated bus for `gpac.drivers.canopen`, with CiA 402 drives whose motors follow their targets, and CiA 401 modules.
 
-    Each of `nodes` is the name of a drive, numbered 1, 2, … in order, or `{"name": "x", "node": 5, "position": 1000, "watchdog":
-    False}`: its initial position in counts, and whether it monitors its controller; `limits`, the positions of its machine's limit
-    switches in counts; `falls`, for a drive with a brake, the speed at which its load falls if nothing holds it, counts/s; `serial`
-    (by default its node ID), its serial number. With `module` it is an input and output module: `{"name": "io", "node": 7, "module":
-    {"inputs": 16, "outputs": 8, "analog_inputs": 4}}`. The bus takes its time from the source that exchanges with it, so that a
-    program under the virtual clock is reproducible.
+    Each entry of `nodes` is either the name of a drive, whose node ID is its position in the list (1, 2, …), or a dictionary such as
+    `{"name": "x", "node": 5, "position": 1000, "watchdog": False}`. `position`: initial position, counts. `watchdog`: whether the
+    drive monitors its controller. `limits`: positions of the machine's limit switches, counts. `falls`: for a drive with a brake, the
+    speed at which its load drops when nothing holds it, counts/s. `serial`: serial number (default: the node ID). An entry with
+    `module` is an I/O module: `{"name": "io", "node": 7, "module": {"inputs": 16, "outputs": 8, "analog_inputs": 4}}`. The bus takes
+    its time from the source that exchanges with it, so a program under the virtual clock is reproducible.
     """
     if not nodes:
         refuse(CallError, "a bus needs at least one drive", 'name them: gpac.drivers.fake.canopen("x", "y")')
