@@ -98,7 +98,7 @@ def of_the_supervisor(found: Round, before: Before, chosen: random.Random, block
         except gpac.ConnectionLost as why:
             fault.join()
             found.time_from(killed[0])
-            if "is lost" not in str(why) or system.url not in str(why):
+            if "was lost" not in str(why) or system.url not in str(why):
                 found.wrong.append(f"the client is not told what happened: {why}")
         found.expect_safe(watch, killed[0])
         try:

@@ -273,7 +273,7 @@ def test_absurd_sizes_and_ranges_are_refused(memory_rig: Rig) -> None:
         lib.lowpass.run(10**12, u=1.0)
     with pytest.raises(gpac.ValueRefused, match=r"drop=2"):
         gpac.System("m", clock="virtual", interconnect={"kind": "message", "drop": 2})
-    with pytest.raises(gpac.ValueRefused, match="the least first"):
+    with pytest.raises(gpac.ValueRefused, match="the minimum first"):
         gpac.System("m", clock="virtual", interconnect={"kind": "message", "delay_ns": [10, 1]})
     with pytest.raises(gpac.DefinitionError, match=r"there is no 'dropp' here: there are"):
         gpac.System("m", clock="virtual", interconnect={"kind": "message", "dropp": 0.1})

@@ -115,7 +115,7 @@ def test_holding_an_effort_is_refused_unless_it_is_asked_for_by_name(cell: gpac.
         push(suspend="hold").on(fast).asynch(axes.x, torque=2.0)
     axes.disable()
     channel = cell.physical_devices["plant"]["x.effort"]
-    with pytest.raises(gpac.DefinitionError, match=r"channel 'plant.x.effort' in N.m.*under a torque that stays"):
+    with pytest.raises(gpac.DefinitionError, match=r"channel 'plant.x.effort' in N.m.*under a constant torque"):
         write("torque", suspend="hold").on(fast).asynch(channel, value=2.0)
     instance = write("constant", suspend="hold_last").on(fast).asynch(channel, value=2.0)
     cell.advance("50 ms")

@@ -201,7 +201,7 @@ def test_a_message_names_what_a_joint_has_run_into(tmp_path: Path) -> None:
     wall = '<geom name="wall" type="box" size="0.2 0.05 0.4" pos="0.4 0.4 0.4"/>'
     found = gpac.robots.load(arm(tmp_path, world=wall), name="blocked", clock="virtual").enable()
     assert found.touching() == []
-    with pytest.raises(gpac.Terminated, match=r"joint 'blocked\.\w+' is .* from where it is commanded .*; '(fore|hand)' touches 'wall'"):
+    with pytest.raises(gpac.Terminated, match=r"joint 'blocked\.\w+' is .* from its commanded position, .*; '(fore|hand)' touches 'wall'"):
         gpac.motion.move_absolute(found, [1.5, 0.0, 0.0], time_limit="20 s")
     assert {second for _, second in found.touching()} == {"wall"}
 

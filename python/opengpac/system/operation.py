@@ -149,9 +149,7 @@ class SystemCommands(SystemObservation):
     def force(self, signal: LogicalDevice, value: Any) -> Force:
         """Forces an input or output of `gpac.cell`: an input has this value instead of its reading, an output instead of its command.
 
-        >>> with cell.force(part, True):
-        ...     wait_for_input(part, True).condition
-        'came'
+        As a context manager, `with cell.force(part, True): …`, it releases the signal at the end of the block.
 
         value: a bool, or a number in the unit of the channel. The force lasts until it is released, its session ends, its device is
         disabled or lost, or an emergency stop; an alarm `forced` is active until then. A disabled output stays safe. A remote system

@@ -84,7 +84,7 @@ def test_r049_a_value_that_cannot_be_read_for_long_names_the_block_that_is_at_wo
     work, let_go, values, seen = held_and_looks(threads)
     work.request()
     threads.until(lambda: seen["inside"].value == 1, "it is in the middle of an invocation")
-    why = r"source 'rtp0.work' did not answer: block 'held' of 'one_held#1' may be in the middle of an invocation; .* or its history"
+    why = r"source 'rtp0.work' did not answer: block 'held' of 'one_held#1' may be in the middle of an invocation; .* or read its history"
     with pytest.raises(gpac.InvalidState, match=why):
         _ = values["a"].value
     assert values["a"].history[:]["value"].tolist() == []

@@ -57,7 +57,7 @@ def test_r075_instantiation_parameters_are_parameters(rig: Rig) -> None:
 
 
 def test_r075_a_parameter_is_of_one_kind(rig: Rig) -> None:
-    with pytest.raises(gpac.DefinitionError, match="'a' is an input parameter and an instantiation parameter"):
+    with pytest.raises(gpac.DefinitionError, match="'a' is both an input parameter and an instantiation parameter"):
         two_lists(rig, "both", input_parameters={"a": "first.enough", "end": "second.enough"})
     with pytest.raises(gpac.UnknownName, match=r"'first' .* has no 'yy'"):
         two_lists(rig, "nothing", instantiation_parameters={"a": "first.yy", "b": "second.y"})

@@ -54,7 +54,9 @@ def test_drives_that_were_swapped_are_not_enabled() -> None:
         joint = gpac.robots.Joint("j", drive=line["gripper"], on=fast, max_following_error=10.0).enable()
         segment.swap(0, 1)
         cell.advance("50 ms")
-        with pytest.raises(gpac.Error, match=r"axis 'gripper' at place 0 is another .* axis 'spindle' at place 1: the two are swapped"):
+        with pytest.raises(
+            gpac.Error, match=r"axis 'gripper' at place 0 is a different device .* axis 'spindle' at place 1: the two are swapped"
+        ):
             line.reopen()
         with pytest.raises(gpac.DeviceFailed, match="physical device 'line' is lost"):
             joint.enable()

@@ -29,7 +29,7 @@ def test_options_have_units_and_are_checked() -> None:
     assert "gain           number [m/s] within (0, 100], else 1.0: its speed for an effort of 1" in conveyor.help
     with pytest.raises(gpac.CallError, match="option 'gian': the driver has no such option; did you mean 'gain'"):
         conveyor(gian=1)
-    with pytest.raises(gpac.CallError, match="option 'gain': a number in m/s is asked for"):
+    with pytest.raises(gpac.CallError, match="option 'gain': it must be a number in m/s, not true"):
         conveyor(gain=True)
     with pytest.raises(gpac.CallError, match="has no driver 'convoyer'"):
         _ = conveyor.convoyer

@@ -162,7 +162,7 @@ def test_a_servo_that_is_not_there_is_named() -> None:
         fast = cell.processor("rtp0").timer("fast", period="10 ms", priority=80)
         driver = gpac.drivers.feetech(bus.port, {"a": {"id": 1}, "b": {"id": 7}}, latency="3 s", retries=0)
         bus.servos[1].follow = 1.0
-        with pytest.raises(gpac.DeviceFailed, match=r"servo 'b' \(id 7\).*does not answer at 1000000 baud.*a scan finds ids"):
+        with pytest.raises(gpac.DeviceFailed, match=r"servo 'b' \(id 7\).*does not answer at 1000000 baud.*a scan, which finds ids"):
             fast.processor.physical_device("arm", driver, exchange=fast)
         cell.close()
 

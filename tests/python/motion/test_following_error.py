@@ -66,7 +66,9 @@ def test_the_exception_has_the_numbers() -> None:
 
 def test_a_sliding_joint_speaks_of_metres(cell: gpac.System) -> None:
     said, _ = stuck(cell, kp=0.0, units={"rad": "m", "N.m": "N"})
-    assert re.search(r"is 0\.05\d* m from where .* max_following_error is 0\.05 m; its servo's effort is 0 of max_effort 150 N \(", said)
+    assert re.search(
+        r"is 0\.05\d* m from its commanded position, .*max_following_error is 0\.05 m; its servo's effort is 0 of max_effort 150 N \(", said
+    )
 
 
 def test_a_joint_that_strayed_in_a_gap_that_is_allowed_is_brought_to_rest_too(cell: gpac.System) -> None:
@@ -100,7 +102,7 @@ def test_a_joint_that_cannot_be_held_after_a_gap_is_made_safe_and_the_motion_has
         moving.wait()
     assert ended.value.value == pytest.approx(0.7, abs=0.02)
     said = str(ended.value)
-    words = r"'following_error': joint 'axes\.[xy]' is 0\.05\d* rad from where .*; 0\.(69|7)\d* s had been lost at once"
+    words = r"'following_error': joint 'axes\.[xy]' is 0\.05\d* rad from its commanded position, .*; 0\.(69|7)\d* s had been lost at once"
     assert re.search(words, said), said
     assert "have come to rest" not in said
     assert "fault" in {joint.state for joint in axes}

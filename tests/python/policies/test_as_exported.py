@@ -73,7 +73,7 @@ def _entry(key: str, value: str) -> Callable[[onnx.TensorProto], None]:
         ("location", "/etc/passwd", "'/etc/passwd', which is not below the folder of the network"),
         ("offset", "99999999", "its values end at byte 100001535 of 'net.onnx.data'"),
         ("length", "many", "its length 'many' is not a number"),
-        ("length", "3", "its shape [32, 12] needs 384 values, the file has another number"),
+        ("length", "3", "its shape [32, 12] needs 384 values, but the file has another number"),
     ],
 )
 def test_a_second_file_that_does_not_fit_is_refused_with_the_name_of_the_first(tmp_path: Path, key: str, value: str, words: str) -> None:

@@ -41,26 +41,35 @@ def declared(file: Path, q: dict = {}, dq: dict = {}, target: dict = {}, swap: b
 FAULTS = {
     "order of joints": (
         {"target": {"names": ["knee", "hip", "ankle"]}},
-        "joints of 'target' and their order.* knee, hip, ankle, the file hip, knee",
+        "joints of 'target' and their order.* knee, hip, ankle, but the file has hip, knee",
     ),
-    "order of sensed joints": ({"q": {"names": ["hip", "ankle", "knee"]}}, "joints of 'joint_pos' .* hip, ankle, knee, the file hip, knee"),
-    "another joint": ({"dq": {"names": ["hip", "knee", "toe"]}}, "joints of 'joint_vel' .* toe, the file hip, knee, ankle"),
-    "unit of an input": ({"dq": {"unit": "rad"}}, "unit of 'joint_vel'.* says rad, the file rad/s"),
-    "unit of an output": ({"target": {"unit": "N.m"}}, r"unit of 'target'.* says N\.m, the file rad"),
-    "scale": ({"target": {"scale": 0.25}}, r"scale of 'target'.* says \[0\.25, 0\.25, 0\.25\], the file \[0\.25, 0\.25, 0\.5\]"),
-    "default pose of the action": ({"target": {"offset": 0.0}}, r"offset of 'target'.* says \[0\.0.*the file \[0\.1"),
-    "default pose of an input": ({"q": {"offset": [0.1, 0.2, 0.3]}}, r"offset of 'joint_pos'.* 0\.2, 0\.3\], the file \[0\.1, -0\.2"),
+    "order of sensed joints": (
+        {"q": {"names": ["hip", "ankle", "knee"]}},
+        "joints of 'joint_pos' .* hip, ankle, knee, but the file has hip, knee",
+    ),
+    "another joint": ({"dq": {"names": ["hip", "knee", "toe"]}}, "joints of 'joint_vel' .* toe, but the file has hip, knee, ankle"),
+    "unit of an input": ({"dq": {"unit": "rad"}}, "unit of 'joint_vel'.* the declaration has rad, but the file has rad/s"),
+    "unit of an output": ({"target": {"unit": "N.m"}}, r"unit of 'target'.* the declaration has N\.m, but the file has rad"),
+    "scale": (
+        {"target": {"scale": 0.25}},
+        r"scale of 'target'.* the declaration has \[0\.25, 0\.25, 0\.25\], but the file has \[0\.25, 0\.25, 0\.5\]",
+    ),
+    "default pose of the action": ({"target": {"offset": 0.0}}, r"offset of 'target'.* the declaration has \[0\.0.*the file \[0\.1"),
+    "default pose of an input": (
+        {"q": {"offset": [0.1, 0.2, 0.3]}},
+        r"offset of 'joint_pos'.* 0\.2, 0\.3\], but the file has \[0\.1, -0\.2",
+    ),
     "order of observations": (
         {"swap": True},
-        "order of observations.* joint_vel, joint_pos, actions, the file joint_pos, joint_vel, actions",
+        "order of observations.* joint_vel, joint_pos, actions, but the file has joint_pos, joint_vel, actions",
     ),
-    "history": ({"q": {"history": 1}, "dq": {"history": 2}}, "history of 'joint_pos'.* says 1, the file 2"),
-    "rate": ({"every": "10 ms"}, r"period.* says 0\.01 s, the file 0\.02 s"),
+    "history": ({"q": {"history": 1}, "dq": {"history": 2}}, "history of 'joint_pos'.* the declaration has 1, but the file has 2"),
+    "rate": ({"every": "10 ms"}, r"period.* the declaration has 0\.01 s, but the file has 0\.02 s"),
     "shape": (
         {"q": {"history": 3}},
-        r"input 'obs' has 12 elements \(shape \[1, 12\]\), its declaration 15: joint_pos 3 x 3, joint_vel 3, actions 3",
+        r"input 'obs' has 12 elements \(shape \[1, 12\]\), but its declaration has 15: joint_pos 3 x 3, joint_vel 3, actions 3",
     ),
-    "length of a list": ({"q": {"offset": [0.1, 0.2]}}, "'joint_pos' has 3 elements, its offset 2"),
+    "length of a list": ({"q": {"offset": [0.1, 0.2]}}, "'joint_pos' has 3 elements, but its offset has 2"),
     "name of an output": ({"states": {"obs": "h"}}, "no output 'h'; its outputs are 'actions'"),
 }
 

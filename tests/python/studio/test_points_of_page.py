@@ -130,7 +130,7 @@ def test_what_cannot_be_is_refused_and_the_file_stays(rig: Rig, tmp_path: Path) 
         assert points.path.read_text() == before
         return told.value.message
 
-    assert "is given [0.0]" in refused("teach_point", {"name": "x", "joints": [0.0]})
+    assert "cannot be [0.0]" in refused("teach_point", {"name": "x", "joints": [0.0]})
     assert "the frame 'table', which" in refused("teach_point", {"name": "x", "joints": rig.home, "frame": "table", "position": [0, 0, 0]})
     assert "no valid position in its frame 'world'" in refused("teach_point", {"name": "x", "joints": rig.home, "frame": "world"})
     assert "a point must have a name" in refused("teach_point", {"name": " ", "joints": rig.home})

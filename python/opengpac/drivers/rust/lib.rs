@@ -1,5 +1,4 @@
-//! A driver with one axis that follows its effort, x' = gain u. Adapt it to your machine, and leave the other files in this folder
-//! unchanged.
+//! Driver with one axis that follows its effort, x' = gain u. Adapt it to your machine; leave the other files unchanged.
 #[allow(dead_code)]
 mod abi;
 mod opengpac_driver;
