@@ -287,7 +287,7 @@ def test_what_is_no_number_is_refused_before_anything_moves(arm: gpac.robots.Arm
 @pytest.mark.parametrize("of", [name for name in INPUTS if name not in SIGNED])
 def test_what_cannot_be_negative_is_refused(arm: gpac.robots.Arm, of: str) -> None:
     before = arm.values("commanded")
-    with pytest.raises((gpac.OutOfRange, gpac.InstallationErrors), match="range is|must be above 0"):
+    with pytest.raises((gpac.OutOfRange, gpac.InstallationErrors), match=r"range is|must be above 0"):
         INPUTS[of](arm, -1.0)
     assert arm.values("commanded") == before
 

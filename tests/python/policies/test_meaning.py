@@ -54,7 +54,7 @@ FAULTS = {
         {"target": {"scale": 0.25}},
         r"scale of 'target'.* the declaration has \[0\.25, 0\.25, 0\.25\], but the file has \[0\.25, 0\.25, 0\.5\]",
     ),
-    "default pose of the action": ({"target": {"offset": 0.0}}, r"offset of 'target'.* the declaration has \[0\.0.*the file \[0\.1"),
+    "default pose of the action": ({"target": {"offset": 0.0}}, r"offset of 'target'.* the declaration has \[0\.0.*the file has \[0\.1"),
     "default pose of an input": (
         {"q": {"offset": [0.1, 0.2, 0.3]}},
         r"offset of 'joint_pos'.* 0\.2, 0\.3\], but the file has \[0\.1, -0\.2",
