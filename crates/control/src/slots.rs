@@ -375,7 +375,7 @@ mod tests {
         let own = fill(&panel);
         assert_eq!(own.len(), RESERVED, "observers do not take those of who may stop");
         let refused = enter(&panel, false).expect_err("it has too many").refusals;
-        assert_eq!(refused[0].message, "token panel has 64 connections already");
+        assert_eq!(refused[0].message, "token panel already has 64 connections");
         let another = caller("token panel 2", Role::Operate);
         assert!(enter(&another, false).is_err() && enter(&another, true).is_ok() && enter(&panel, true).is_ok());
     }

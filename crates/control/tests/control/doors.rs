@@ -146,7 +146,7 @@ fn a_caller_has_so_many_connections_and_an_emergency_stop_one_more() {
     };
     let (status, answer) = ask(&line, "mode");
     assert_eq!((status, class(&answer)), (429, "LimitExceeded"), "{answer}");
-    assert!(answer["errors"][0]["message"].as_str().is_some_and(|said| said == "token line has 64 connections already"), "{answer}");
+    assert!(answer["errors"][0]["message"].as_str().is_some_and(|said| said == "token line already has 64 connections"), "{answer}");
     assert_eq!((ask(&panel, "emergency_stop").0, ask(&line, "emergency_stop").0), (200, 200));
 }
 
