@@ -105,7 +105,7 @@ fn impossible_numbers() {
 
 #[test]
 fn a_history_of_no_or_of_any_length() {
-    check("history", "in_history(double, v, 0, \"past\")", "a history holds 1 to 4096 values");
+    check("history", "in_history(double, v, 0, \"past\")", "a history must hold 1 to 4096 values");
     check("history", "size(n, 1, 4), in_history(double[n], v, 3, \"past\")", "all values of a history must have the same length");
 }
 

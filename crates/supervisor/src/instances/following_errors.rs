@@ -202,7 +202,7 @@ mod tests {
     #[test]
     fn a_message_has_size_limit_effort_and_remedy() {
         let expected = "joint 'arm.x' is 0.0213 rad from its commanded position, but max_following_error is 0.02 rad; its servo's effort is -28 of \
-                        max_effort 28 N.m (saturated): move with less speed= or acceleration=, reduce the load, look for what blocks the joint, or \
+                        max_effort 28 N.m (saturated): move with less speed= or acceleration=, reduce the load, find what blocks the joint, or \
                         raise max_effort= if the drive can give more";
         assert_eq!(found().text(), expected);
         let weak = FollowingError { effort: Some(3.123_456), ..found() }.text();
