@@ -3,7 +3,7 @@
 // refused.
 import { join } from "node:path";
 import type { Browser, Page } from "playwright-core";
-import { afterAll, beforeAll, expect, test } from "vitest";
+import { afterAll, beforeAll, expect, test, vi } from "vitest";
 import { Commander } from "./commander";
 import { randomOf } from "./randomActions";
 import { browse, goTo, type Opened, open, pressFreely, type Running, run, shoot } from "./running";
@@ -23,7 +23,10 @@ beforeAll(async () => {
   pressFreely(studio.page);
   other = await Commander.open(running.url, true);
   // The page is served before the program has started its motions, which would count as starts of the page.
-  await expect.poll(async () => (await other.instances()).filter((one) => one.verb === "sway" && one.state === "running").length).toBe(2);
+  await vi.waitFor(
+    async () => expect((await other.instances()).filter((one) => one.verb === "sway" && one.state === "running")).toHaveLength(2),
+    { timeout: 90_000 },
+  );
   await other.call("define_alarm", { code: "E7", text: "oil is low", remedy: "refill it", severity: "high" });
 });
 

@@ -202,6 +202,6 @@ test("joints that nobody reads are not taught, and a file that cannot be used sa
   writeFileSync(file(), readFileSync(file(), "utf8").replace('frame = "table"', 'frame = "tabel"'));
   await panel(page)
     .getByRole("alert")
-    .getByText(/of the frame 'tabel'/)
+    .getByText(/uses the frame 'tabel'/)
     .waitFor();
 });
