@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! One field of a block, as declared by its attribute.
+//! Field of a block, as declared by its attribute.
 
 use crate::text;
 use proc_macro2::{Ident, TokenStream};

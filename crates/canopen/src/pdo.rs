@@ -19,7 +19,7 @@ pub const PDOS: usize = 4;
 /// Maximum length of a PDO, bytes.
 pub const LEN_MAX: usize = 8;
 
-/// One PDO of a node: its objects in order, at most 8 bytes.
+/// A PDO of a node: its objects in order, at most 8 bytes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Pdo {
     pub words: Vec<Word>,

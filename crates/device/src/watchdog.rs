@@ -2,7 +2,8 @@
 //! Watchdog for a device that has none, like the one of a drive: if no new command arrives for its timeout, the device goes to its safe
 //! state by itself, and reports this at the driver's next reading.
 //!
-//! It is the option `timeout_ns` of every driver that runs in place (a plant in a process of its own has its watchdog in that process).
+//! The option `timeout_ns` of every driver that runs in place sets its timeout. A plant in a process of its own has its watchdog in that
+//! process.
 //! The watchdog starts with the first command that claims a channel, so a device at rest cannot time out.
 use crate::accepted::TIMEOUT;
 use crate::channel::Channel;

@@ -41,7 +41,7 @@ pub enum Command {
     LogicalRead = 10,
     LogicalWrite = 11,
     LogicalReadWrite = 12,
-    /// One subdevice reads, and all subdevices after it write.
+    /// The addressed subdevice reads, and all subdevices after it write.
     PositionReadRestWrite = 13,
     StationReadRestWrite = 14,
 }

@@ -76,7 +76,7 @@ impl Way {
     }
 }
 
-/// One end of a path, which sends bytes and receives the bytes that arrive.
+/// End of a path, which sends bytes and receives those that arrive.
 trait Carries {
     /// Sends bytes; returns false if a buffer is full because the other side has not read for a while, as on a busy machine.
     fn send(&mut self, bytes: &[u8]) -> bool;
@@ -119,7 +119,7 @@ impl Carries for Ours {
     }
 }
 
-/// One end of the same path over bare zenoh.
+/// End of the same path over bare zenoh.
 struct Bare {
     publisher: zenoh::pubsub::Publisher<'static>,
     came: Arc<Mutex<Option<Vec<u8>>>>,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Carries connections, and a supervisor's commands, between hosts over a network.
 //!
-//! One host listens (the supervisor's), the others join it. Zenoh carries packets over TCP or TLS. The sequence numbers, checksums,
+//! The supervisor's host listens, and the others join it. Zenoh carries packets over TCP or TLS. The sequence numbers, checksums,
 //! acknowledgements and retransmissions of the message link in `interconnect` run on top of it. Whatever the network does, a reader
 //! receives the newest group and never an older or corrupted one, and every row in order, exactly once; after a partition it resumes by
 //! itself.

@@ -32,7 +32,7 @@ pub fn row_prefix(members: usize) -> usize {
 
 pub(crate) const WORD: usize = 8;
 
-/// One end of a connection, with the connection's identity if the other end may be remote.
+/// End of a connection, with the connection's identity if the other end may be remote.
 pub struct End<T: ?Sized> {
     /// The end itself.
     pub end: Box<T>,

@@ -70,7 +70,7 @@ pub struct Process {
     home: Home,
     word: AtomicU64,
     pub stages: OnceLock<Vec<Stage>>,
-    /// One bit for each condition that was reported but not served in this generation.
+    /// Bits of the conditions that were reported but not served in this generation.
     remembered: AtomicU64,
     /// Generation in which the current list began.
     list: AtomicU32,

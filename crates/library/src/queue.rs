@@ -75,7 +75,7 @@ pub struct QueuedMove {
 /// Reason why a blend is smaller than requested, or missing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shrunk {
-    /// It is as requested.
+    /// The blend is as requested.
     No = 0,
     /// A blend takes at most half of its move.
     HalfOfMove = 1,

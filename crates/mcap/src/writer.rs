@@ -47,8 +47,6 @@ pub struct Writer<W: Write> {
     described: [Vec<u8>; 2],
     /// Number of chunks of values written.
     value_chunks: u64,
-    /// True if the next chunk of values repeats all schemas and channels.
-    repeats: bool,
     channels: u16,
     /// Indexes of all chunks; `None` if there are too many.
     chunk_indexes: Option<Vec<u8>>,
@@ -74,7 +72,6 @@ impl<W: Write> Writer<W> {
             schemas: HashMap::new(),
             described: Default::default(),
             value_chunks: 0,
-            repeats: false,
             channels: 0,
             chunk_indexes: Some(Vec::new()),
             chunks: 0,
@@ -122,7 +119,7 @@ impl<W: Write> Writer<W> {
     /// Adds a message to its chunk. `time` is in ns.
     pub fn put(&mut self, channel: u16, sequence: u32, time: u64, data: &[u8]) {
         let is_apart = self.apart.contains(&channel);
-        if !is_apart && std::mem::take(&mut self.repeats) {
+        if !is_apart && self.chunk.index.is_empty() && self.value_chunks > 0 && (self.value_chunks + 1).is_power_of_two() {
             self.described.iter().for_each(|records| self.chunk.records.extend(records));
         }
         let Chunk { records, index, first, last } = if is_apart { &mut self.chunk_apart } else { &mut self.chunk };
@@ -179,12 +176,8 @@ impl<W: Write> Writer<W> {
     /// Chunks 2, 4, 8, … repeat all descriptions, so that a damaged first chunk and a damaged summary do not cost the channels.
     fn finish_values(&mut self) -> io::Result<()> {
         let chunk = std::mem::take(&mut self.chunk);
-        let is_empty = chunk.records.is_empty();
+        self.value_chunks += u64::from(!chunk.records.is_empty());
         self.chunk = self.finished(chunk)?;
-        if !is_empty {
-            self.value_chunks += 1;
-            self.repeats = (self.value_chunks + 1).is_power_of_two();
-        }
         Ok(())
     }
 

@@ -72,7 +72,7 @@ impl CheckedVerb {
 pub(crate) enum GroupBinding<'a> {
     /// A cell of the instance.
     Private,
-    /// One SVV, or one SVV per element (`each`).
+    /// An SVV, or an SVV per element (`each`).
     Svvs(Vec<(&'a str, &'a Svv)>),
     Channel {
         device: &'a str,

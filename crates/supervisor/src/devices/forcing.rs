@@ -6,6 +6,7 @@
 use crate::alarms::causes::{FORCED, alarm_forced, alarm_returns};
 use crate::core::Core;
 use crate::devices::forces::Force;
+use crate::instances::following_errors::number;
 use crate::pausing::modes::Mode;
 use crate::refuse::{invalid_state, refuse, unknown};
 use crate::registry::DeviceState;
@@ -52,15 +53,6 @@ impl<'a> ForceRequest<'a> {
 fn limits(of: &LogicalDevice) -> Option<(f64, f64)> {
     let number = |name: &str| of.parameters.get(name).and_then(number);
     Some((number("low")?, number("high")?))
-}
-
-fn number(value: &Value) -> Option<f64> {
-    match value {
-        Value::Number(number) => Some(*number),
-        #[allow(clippy::cast_precision_loss, reason = "a limit for people")]
-        Value::Integer(number) => Some(*number as f64),
-        _ => None,
-    }
 }
 
 impl Core {
@@ -153,12 +145,11 @@ impl Core {
 
     /// Ends the forces of devices that are no longer enabled.
     pub fn release_idle_forces(&mut self) {
-        if self.safety.forces.by_signal.is_empty() {
-            return;
+        let is_idle = |name: &&String| self.registry.logical.get(*name).is_none_or(|record| record.state != DeviceState::Enabled);
+        let idle: Vec<String> = self.safety.forces.by_signal.keys().filter(is_idle).cloned().collect();
+        for name in &idle {
+            self.release_force(name, "the device is no longer enabled");
         }
-        let enabled: Vec<String> =
-            self.registry.logical.iter().filter(|(_, record)| record.state == DeviceState::Enabled).map(|(name, _)| name.clone()).collect();
-        self.release_forces("the device is no longer enabled", |name, _| !enabled.iter().any(|one| one == name));
     }
 
     /// Ends the force of an output whose limits have changed so that they no longer allow it.
