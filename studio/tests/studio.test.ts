@@ -63,6 +63,22 @@ test("values move: SVVs of the arm, firings of the sources, the present command 
   await page.locator(".arrow.taken").waitFor({ state: "attached" });
 });
 
+test("the arrows of a diagram stay in place while its state changes", async () => {
+  const { page } = studio;
+  await page.locator('.list.lit[data-list="near"]').waitFor();
+  await page.evaluate(() => {
+    const counted = window as unknown as { removedArrows: number };
+    counted.removedArrows = 0;
+    new MutationObserver((changes) => {
+      for (const node of changes.flatMap((change) => [...change.removedNodes]))
+        if (node instanceof Element && (node.matches(".arrow") || node.querySelector(".arrow"))) counted.removedArrows += 1;
+    }).observe(document.querySelector(".picture") as Element, { childList: true, subtree: true });
+  });
+  await page.locator('.list.lit[data-list="far"]').waitFor();
+  await page.locator('.list.lit[data-list="near"]').waitFor();
+  expect(await page.evaluate(() => (window as unknown as { removedArrows: number }).removedArrows)).toBe(0);
+});
+
 test.each(VIEWS)("the view %s passes the check of axe and fits into the window, wide or narrow, light or dark", async (view, content) => {
   const { page, errors } = studio;
   await goTo(page, view);

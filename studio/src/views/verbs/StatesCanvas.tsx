@@ -295,6 +295,8 @@ function nodesOf(
       position: moving?.list === box.name && box.kind === "list" ? moving.at : (put ?? { x: box.x, y: box.y }),
       width: box.width,
       height: box.height,
+      // React Flow removes the edges of a node without this field whenever the node changes, until it has measured the node again.
+      measured: { width: box.width, height: box.height },
       data: {
         box,
         commands: commands.get(box.name) ?? [],

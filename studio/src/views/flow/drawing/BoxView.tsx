@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-import { Handle, type Node, type NodeProps, Position } from "@xyflow/react";
-import { memo } from "react";
+import { Handle, type Node, type NodeProps, Position, useUpdateNodeInternals } from "@xyflow/react";
+import { memo, useEffect } from "react";
 import { nodeId } from "../../../design/nodeIds";
 import { type Box, HEAD, inputsOf, outputsOf, type Port, portText, ROW } from "./drawing";
 import { sourceColour } from "./sources";
@@ -11,6 +11,10 @@ export type BoxNode = Node<{ box: Box; toggle: ((box: string) => void) | undefin
 export const BoxView = memo(function BoxView(props: NodeProps<BoxNode>) {
   const { box, toggle, wires } = props.data;
   const wrong = box.findings.filter((finding) => finding.port === null);
+  const ports = box.ports.map((port) => `${port.side} ${port.name}`).join("\n");
+  const measureAgain = useUpdateNodeInternals();
+  // biome-ignore lint/correctness/useExhaustiveDependencies: the wires end at the ports, wherever these are now
+  useEffect(() => measureAgain(props.id), [measureAgain, props.id, ports]);
   return (
     <div
       className={`box ${box.kind} ${box.findings.length > 0 ? "wrong" : ""}`}

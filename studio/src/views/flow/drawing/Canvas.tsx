@@ -76,6 +76,8 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
           position: places.get(box.id) ?? { x: 0, y: 0 },
           data: { box, toggle, wires: isEdited },
           ...sizeOf(box),
+          // React Flow removes the edges of a node without this field whenever the node changes, until it has measured the node again.
+          measured: sizeOf(box),
           ariaLabel: `${box.title}, ${box.about}`,
         }),
       ),
