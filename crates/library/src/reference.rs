@@ -76,13 +76,15 @@ pub struct Spline {
     wary: u32,
     /// Speed declared by the set-point, per invocation; 0 if it declares none.
     declared: f64,
+    /// Speed and direction declared by the set-point in force, per invocation; 0 if it declares none.
+    heading: f64,
     /// Number of invocations by which the set-point is younger than the previous one; 0 if that is not known.
     apart: f64,
 }
 
 /// Motion of a reference that catches up with set-points that continued while its servo was stalled: no faster than it moved before, no
-/// faster than the set-points move, and within its acceleration, so that it comes to rest at them.
-#[derive(Clone, Copy, Debug)]
+/// faster than the set-points move, and within its acceleration, so that it comes to rest where they do.
+#[derive(Clone, Copy, Debug, Default)]
 struct CatchingUp {
     /// Maximum speed, per invocation.
     speed: f64,
@@ -93,6 +95,9 @@ struct CatchingUp {
     awaited: u32,
     /// Speed of the last set-points, per invocation.
     pace: f64,
+    /// Number of successive set-points that were followed in step and without a limit. Catching up ends after several of them, because
+    /// the speed of the set-points may change right after the first.
+    in_step: u32,
 }
 
 impl CatchingUp {
@@ -145,7 +150,7 @@ impl Spline {
             // The next speed, from which an even change to rest ends at the set-point.
             let even = if interpolation > 1 { (wanted - self.value) / span - self.speed / 2.0 } else { wanted - self.value };
             let even_max = even.clamp(-bounds.step_max, bounds.step_max);
-            let speed = if even.is_nan() { even } else { self.within(even_max, span, bounds.change_max) };
+            let speed = if even.is_nan() { even } else { self.within(even_max, span, bounds) };
             limited |= (even - speed).abs() > ROUNDING * bounds.step_max;
             (self.change, self.left) = ((speed - self.speed) / span, interpolation.max(1));
         }
@@ -163,7 +168,7 @@ impl Spline {
 
     /// Handles lost time: prevents a jump over the distance that the set-points have moved in the meantime.
     fn catch_up(&mut self, lost: f64) {
-        let before = self.catching_up.unwrap_or(CatchingUp { speed: 0.0, lost: 0.0, awaited: 0, pace: 0.0 });
+        let before = self.catching_up.unwrap_or_default();
         self.catching_up = Some(CatchingUp { speed: before.speed.max(self.speed.abs()), lost: before.lost + lost, awaited: WARY, ..before });
     }
 
@@ -179,29 +184,40 @@ impl Spline {
     }
 
     /// Returns `even`, the speed to reach over `span` invocations, limited for catching up; at the end of catching up, `even` itself.
-    fn caught_up(&mut self, even: f64, span: f64, change_max: f64) -> f64 {
-        let Some(catching_up) = self.catching_up else { return even };
+    fn caught_up(&mut self, even: f64, span: f64, bounds: Bounds) -> f64 {
+        let Some(mut catching_up) = self.catching_up else { return even };
         let towards = if self.setpoint < self.value { -1.0 } else { 1.0 };
         let (speed, wanted) = (towards * self.speed, towards * even);
-        // From that speed it can still stop at the set-point: v²/2c + (v + speed) span/2 is the remaining distance.
-        let (c, left) = (change_max, (self.setpoint - self.value).abs());
+        // From that speed it can still stop where the set-points can: v²/2c + (v + speed) span/2 is the distance to there.
+        let c = bounds.change_max;
+        let left = towards * (self.stop_of_setpoints(towards, bounds) - self.value);
         let room = (c * span / 2.0).powi(2) + 2.0 * c * (left - speed * span / 2.0);
         let stopping = if room > 0.0 { room.sqrt() - c * span / 2.0 } else { 0.0 };
         let most = catching_up.speed.min(stopping.max(0.0));
         let reached = wanted.clamp(speed - c * span, speed + c * span).min(most.max(speed - c * span));
-        // With the next set-point the speed will be that of the set-points, which ends what was lost if the acceleration allows it.
+        // In step, the speed is that of the set-points from the next one on.
         let is_in_step = (catching_up.pace - even).abs() <= c * span * (1.0 + ROUNDING);
-        if wanted == reached && catching_up.lost == 0.0 && catching_up.awaited == 0 && is_in_step {
-            self.catching_up = None;
-            return even;
+        let is_unlimited = (wanted - reached).abs() <= ROUNDING * c * span;
+        let is_over = is_unlimited && is_in_step && catching_up.lost == 0.0 && catching_up.awaited == 0;
+        catching_up.in_step = if is_over { catching_up.in_step + 1 } else { 0 };
+        self.catching_up = if catching_up.in_step > WARY { None } else { Some(catching_up) };
+        if is_over { even } else { towards * reached }
+    }
+
+    /// Returns where the set-points come to rest if they brake now within the acceleration; without a declared speed, where they are.
+    fn stop_of_setpoints(&self, towards: f64, bounds: Bounds) -> f64 {
+        let speed = (towards * self.heading).max(0.0);
+        if speed == 0.0 {
+            return self.setpoint;
         }
-        towards * reached
+        let (least, most) = (bounds.position_min.min(self.setpoint), bounds.position_max.max(self.setpoint));
+        (self.setpoint + towards * speed.powi(2) / (2.0 * bounds.change_max)).clamp(least, most)
     }
 
     /// Returns `even`, limited by the acceleration after a generator has returned and while catching up.
-    fn within(&mut self, even: f64, span: f64, change_max: f64) -> f64 {
-        let even = self.returned(even, span, change_max);
-        self.caught_up(even, span, change_max)
+    fn within(&mut self, even: f64, span: f64, bounds: Bounds) -> f64 {
+        let even = self.returned(even, span, bounds.change_max);
+        self.caught_up(even, span, bounds)
     }
 
     /// Returns `even`, limited for a generator that returns after the reference has braked. If its set-points are far from the reference,
@@ -214,7 +230,7 @@ impl Spline {
         if change > 2.0 * most && self.catching_up.is_none() {
             // As fast as the set-points say that they move: the distance may be that of a burst.
             let speed = if self.declared > 0.0 { self.declared } else { even.abs() };
-            (self.catching_up, self.wary) = (Some(CatchingUp { speed: speed.max(self.speed.abs()), lost: 0.0, awaited: 0, pace: 0.0 }), 0);
+            (self.catching_up, self.wary) = (Some(CatchingUp { speed: speed.max(self.speed.abs()), ..CatchingUp::default() }), 0);
             return even;
         }
         // A change that is held back now is left to the next set-points.

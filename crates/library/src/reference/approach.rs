@@ -72,6 +72,7 @@ impl Approach {
         let velocity = if span_s > 0.0 { self.spline.speed / span_s } else { 0.0 };
         let next = self.lead.next(&led, interpolation, passed.cycle_s(), velocity, invocation.now_ns);
         self.spline.declared = if led.velocity.is_finite() { led.velocity.abs() * passed.cycle_s() } else { 0.0 };
+        self.spline.heading = next.velocity * passed.cycle_s();
         self.spline.apart = if span_s > 0.0 { next.apart_s / passed.cycle_s() } else { 0.0 };
         if next.is_late {
             self.spline.catch_up_with(led.velocity * passed.cycle_s());
@@ -143,39 +144,67 @@ impl Gap {
 mod tests {
     use super::*;
 
-    /// Runs a servo at 1 ms that is stalled from `at` for `lost` ms, while its set-points continue at 0.3 rad/s and end at 0.6 rad.
-    /// Returns the maximum speed, the maximum acceleration, and the end position.
-    fn stalled(at: u64, lost: u64) -> (f64, f64, f64) {
+    /// Maximum of the speed, of the acceleration and of the lag behind the set-points, and the end position of a reference.
+    struct Ride {
+        speed: f64,
+        acceleration: f64,
+        lag: f64,
+        end: f64,
+    }
+
+    /// Runs a servo at 1 ms that is stalled from `at` for `lost` ms, while its set-points continue: every 20 ms, at `acceleration` up to
+    /// `speed`, for 1.4 s at that speed, and to rest in the same way.
+    fn stalled(at: u64, lost: u64, speed: f64, acceleration: f64, declares: bool) -> Ride {
         let mut approach = Approach::default();
-        let (mut before, mut rate, mut fastest, mut hardest) = (0.0, 0.0, 0.0f64, 0.0f64);
+        let (mut before, mut rate) = (0.0, 0.0);
+        let mut ride = Ride { speed: 0.0, acceleration: 0.0, lag: 0.0, end: 0.0 };
+        let ramp_s = speed / acceleration;
+        let (ramp, whole_s) = (speed * ramp_s / 2.0, 2.0 * ramp_s + 1.4);
         for k in 0..8000u64 {
             let number = if k > at { k + lost } else { k };
-            // Every 20 ms: 0.6 s at 0.5 rad/s² up to 0.3 rad/s, and the same at the end.
             let t = (number / 20 * 20) as f64 * 1e-3;
-            let setpoint = if t < 0.6 {
-                0.25 * t * t
-            } else if t < 2.0 {
-                0.09 + 0.3 * (t - 0.6)
+            let left = (whole_s - t).max(0.0);
+            let (setpoint, velocity, change) = if t < ramp_s {
+                (acceleration / 2.0 * t * t, acceleration * t, acceleration)
+            } else if t < ramp_s + 1.4 {
+                (ramp + speed * (t - ramp_s), speed, 0.0)
             } else {
-                0.6 - 0.25 * (2.6 - t.min(2.6)).powi(2)
+                (2.0 * ramp + 1.4 * speed - acceleration / 2.0 * left * left, acceleration * left, if left > 0.0 { -acceleration } else { 0.0 })
             };
-            let led = ReferenceInputs { setpoint, range: None, speed_max: 3.0, acceleration_max: 5.0, ..ReferenceInputs::default() };
+            let limits = ReferenceInputs { speed_max: 3.0, acceleration_max: 5.0, jerk_max: 50.0, ..ReferenceInputs::default() };
+            let made_ns = (t * 1e9) as i64 + 1;
+            let led = if declares {
+                ReferenceInputs { setpoint, velocity, acceleration: change, time_ns: made_ns, ..limits }
+            } else {
+                ReferenceInputs { setpoint, ..limits }
+            };
             let now = approach.advance(&Invocation { number, time_ns: number as i64 * 1_000_000, now_ns: 0 }, led, |_| 20).reference;
-            let speed = (now - before) / 1e-3;
-            (fastest, hardest) = (fastest.max(speed), hardest.max((speed - rate).abs() / 1e-3));
-            (before, rate) = (now, speed);
+            let new_rate = (now - before) / 1e-3;
+            ride.acceleration = ride.acceleration.max((new_rate - rate).abs() / 1e-3);
+            (ride.speed, ride.lag, ride.end) = (ride.speed.max(new_rate), ride.lag.max(setpoint - now), now);
+            (before, rate) = (now, new_rate);
         }
-        (fastest, hardest, before)
+        ride
     }
 
     #[test]
     fn a_servo_that_stood_still_catches_up_at_the_speed_asked_for() {
-        for lost in [0, 5, 17, 50, 100, 300, 1000, 3000] {
-            for at in [30, 200, 700, 1210, 1900, 2300] {
-                let (fastest, hardest, end) = stalled(at, lost);
-                assert!(fastest <= 0.3 * (1.0 + 1e-6), "{fastest} rad/s after {lost} ms at {at} ms");
-                assert!(hardest <= 5.0 * (1.0 + 1e-6), "{hardest} rad/s² after {lost} ms at {at} ms");
-                assert!((end - 0.6).abs() < 1e-9, "{end} rad after {lost} ms at {at} ms");
+        let motions = [(0.3, 0.5), (1.0, 2.0), (1.0, 5.0), (2.5, 4.0)];
+        for ((speed, acceleration), declares) in motions.into_iter().flat_map(|motion| [(motion, true), (motion, false)]) {
+            let end = speed * speed / acceleration + 1.4 * speed;
+            for lost in [0, 3, 5, 17, 50, 100, 300, 1000, 3000] {
+                for at in [30, 200, 400, 700, 1210, 1900, 2300] {
+                    let ride = stalled(at, lost, speed, acceleration, declares);
+                    let place = format!("after {lost} ms at {at} ms, at {speed} rad/s and {acceleration} rad/s², declared: {declares}");
+                    assert!(ride.speed <= speed * (1.0 + 1e-6), "{} rad/s {place}", ride.speed);
+                    assert!(ride.acceleration <= 5.0 * (1.0 + 1e-6), "{} rad/s² {place}", ride.acceleration);
+                    // The last set-point is less than one period old, and the reference is one and a half periods behind it. If it declares
+                    // no speed, the reference keeps the distance within which it can stop at it.
+                    let stopping = if declares { 0.0 } else { speed * speed / 10.0 };
+                    let most = stopping + speed * (0.001 * lost as f64 + 0.04);
+                    assert!(ride.lag <= most * (1.0 + 1e-6), "{} rad behind, of {most} rad, {place}", ride.lag);
+                    assert!((ride.end - end).abs() < 1e-9, "{} rad {place}", ride.end);
+                }
             }
         }
     }

@@ -65,6 +65,8 @@ struct Alone {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Next {
     pub position: f64,
+    /// Declared speed, per second; 0 if none is declared.
+    pub velocity: f64,
     /// True if the set-point is the first one of a generator after the servo has braked.
     pub is_return: bool,
     /// True if the set-point does not continue the servo's own: the generator was late, and the time is lost.
@@ -121,7 +123,7 @@ impl Lead {
             alone.rested_s += cycle_s;
         }
         self.left = self.left.saturating_sub(1);
-        Next { position: self.now.position, is_return, is_late, apart_s }
+        Next { position: self.now.position, velocity: self.now.velocity, is_return, is_late, apart_s }
     }
 
     /// Makes the servo brake by itself from a state, because `lost_s` was lost.
@@ -266,9 +268,9 @@ mod tests {
         let end = *ways.last().expect("many");
         let moved = led(0.7, 0.5, 0.0, 1);
         lead.shift(0.5, &moved);
-        assert_eq!(lead.next(&moved, 20, 1e-3, 0.0, 9), Next { position: end + 0.5, is_return: false, is_late: false, apart_s: 0.0 });
+        assert_eq!(lead.next(&moved, 20, 1e-3, 0.0, 9), Next { position: end + 0.5, velocity: 0.0, is_return: false, is_late: false, apart_s: 0.0 });
         assert!((lead.braking().distance - (end - 0.2)).abs() < 1e-15);
-        assert_eq!(lead.next(&led(0.6, 0.0, 0.0, 1), 20, 1e-3, 0.0, 10), Next { position: 0.6, is_return: true, is_late: true, apart_s: 0.0 });
+        assert_eq!(lead.next(&led(0.6, 0.0, 0.0, 1), 20, 1e-3, 0.0, 10), Next { position: 0.6, velocity: 0.0, is_return: true, is_late: true, apart_s: 0.0 });
         assert_eq!(lead.braking(), Braking::default());
     }
 
