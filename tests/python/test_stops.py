@@ -14,7 +14,7 @@ from collections import Counter
 import pytest
 
 import opengpac as gpac
-from drawn_compositions import ENDS, ENDS_OF_DEVICES, Leaf, Slides, arguments_of, drawn_trial, leaf, of_svvs, work
+from drawn_compositions import ENDS, ENDS_OF_DEVICES, ENDS_OF_MACHINES, Leaf, Slides, arguments_of, drawn_trial, leaf, of_svvs, work
 from opengpac import activate, on
 from rig import Rig
 
@@ -148,7 +148,9 @@ def test_nothing_begins_in_any_composition_that_was_told_to_end(rig: Rig, reques
             tried += 1
             told += trial.told
     assert count == 1 or tried > count / 3, f"the model refused {count - tried} of {count} compositions"
-    assert count < 100 or min(told[how] for how in (*ENDS, *ENDS_OF_DEVICES)) > count / 100, f"each way to end was tried: {told}"
+    # Few compositions may all have ended before one of the ways was tried.
+    missing = [how for how in (*ENDS, *ENDS_OF_MACHINES, *ENDS_OF_DEVICES) if not told[how]]
+    assert count < 100 or len(missing) <= (count < 1000), f"each way to end was tried: {told}"
 
 
 def test_parts_that_go_on_together_where_a_halt_leads_one_of_them_are_refused(rig: Rig) -> None:
