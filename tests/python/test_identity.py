@@ -41,7 +41,7 @@ def test_a_handle_of_an_svv_does_not_read_its_successor(cell: gpac.System) -> No
     assert old.value == 3
     old.delete()
     new = cell.svv("level", "double", initial=2.5, history=5)
-    gone = "the SVV 'level' that was asked for no longer exists: it was deleted, and another SVV has its name"
+    gone = "the SVV 'level' that was asked for no longer exists: it was deleted, and its name is now used by another SVV"
     reads = [lambda: old.value, lambda: old.number, lambda: old.history[:], lambda: cell.read(new, old), lambda: unused.value]
     for ask in [*reads, old.delete]:
         assert refused(ask) == gone
@@ -66,8 +66,8 @@ def test_of_a_system_that_is_shared(tmp_path: Path) -> None:
         assert seen.value == 3
         one.svv("level").delete()
         one.svv("level", "double", initial=3.0)
-        assert "was deleted, and another" in refused(lambda: seen.value)
-        assert "was deleted, and another" in refused(lambda: two.read(seen))
+        assert "was deleted, and its name" in refused(lambda: seen.value)
+        assert "was deleted, and its name" in refused(lambda: two.read(seen))
         assert two.svv("level").value == 3.0
     daemon.stop()
 
@@ -83,7 +83,7 @@ def test_a_verb_does_not_take_the_successor_of_what_it_was_given(cell: gpac.Syst
     old = cell.svv("level")
     old.delete()
     new = cell.svv("level")
-    assert "was deleted, and another" in refused(lambda: wave.on(fast).new_instance(old))
+    assert "was deleted, and its name" in refused(lambda: wave.on(fast).new_instance(old))
     wave.on(fast).new_instance(new).delete()
 
 
@@ -94,13 +94,13 @@ def test_a_handle_of_a_device_does_not_read_its_successor(cell: gpac.System) -> 
     old.delete()
     new = Measured("gauge", system=cell)
     new.level = 2.5
-    assert "was deleted, and another" in refused(lambda: old.level.value)
-    assert "was deleted, and another" in refused(lambda: level.value)
+    assert "was deleted, and its name" in refused(lambda: old.level.value)
+    assert "was deleted, and its name" in refused(lambda: level.value)
 
     def store() -> None:
         old.step = 5.0
 
-    gone = "this Counted 'gauge' was deleted, and a Measured now has its name"
+    gone = "this Counted 'gauge' was deleted, and its name is now used by a Measured"
     assert [refused(ask) for ask in (lambda: old.step, store, lambda: old.state, old.enable, old.disable, old.delete)] == [gone] * 6
     assert (new.level.value, new.step, cell.device("gauge", Measured).level.value) == (2.5, 0.5, 2.5)
     new.step = 0.25
@@ -114,6 +114,6 @@ def test_a_handle_of_a_physical_device_does_not_give_the_channels_of_its_success
     channel = next(iter(part.channels.values()))
     old.delete()
     cell.processors["rtp0"].physical_device("drives", gpac.drivers.loopback("wrist"), exchange=fast)
-    assert "was deleted, and another" in refused(lambda: gpac.robots.Joint("elbow", drive=part, on=fast))
-    assert "was deleted, and another" in refused(old.delete) and "another one now has its name" in refused(lambda: channel.raises(door))
-    assert "was deleted, and another" in refused(lambda: cell.read(channel)), "a snapshot takes no channel of it either"
+    assert "was deleted, and its name" in refused(lambda: gpac.robots.Joint("elbow", drive=part, on=fast))
+    assert "was deleted, and its name" in refused(old.delete) and "its name is now used by another one" in refused(lambda: channel.raises(door))
+    assert "was deleted, and its name" in refused(lambda: cell.read(channel)), "a snapshot takes no channel of it either"

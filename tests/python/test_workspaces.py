@@ -103,9 +103,9 @@ def test_neither_kind_takes_the_place_of_the_other(cell: gpac.System) -> None:
     with pytest.raises(gpac.InUse, match="was shipped by a program"):
         cell.workspaces.forget("tank")
     native.keep_workspace({**one("alarms"), "name": "mine"})
-    with pytest.raises(gpac.InUse, match="was saved by a person"):
+    with pytest.raises(gpac.InUse, match="was saved by a user"):
         cell.workspaces.ship({**one("alarms"), "name": "mine"})
-    with pytest.raises(gpac.InUse, match="was saved by a person"):
+    with pytest.raises(gpac.InUse, match="was saved by a user"):
         cell.workspaces.withdraw("mine")
     cell.workspaces.forget("mine")
     cell.workspaces.withdraw("tank")

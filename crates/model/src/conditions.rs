@@ -139,7 +139,7 @@ fn check_one(flat: &mut Flat<'_>, verb: &Verb, key: &str, termination: &Terminat
     let is_system = SYSTEM.contains(&name) || LIMITS.contains(&name);
     if termination.on.is_empty() && !is_system {
         let remedy = format!("write on('label.condition'), or name one of {}, {}", SYSTEM.join(", "), LIMITS.join(", "));
-        flat.refuse(Class::UnknownName, format!("the condition '{name}' stands for no block condition and is not a system condition"), place, &remedy);
+        flat.refuse(Class::UnknownName, format!("the condition '{name}' is neither bound to a block condition nor a system condition"), place, &remedy);
     }
     let on: Vec<Port> = termination.on.iter().filter_map(|on| condition_port(flat, on, place, true)).collect();
     let mut returns = Vec::new();
@@ -156,7 +156,7 @@ fn check_one(flat: &mut Flat<'_>, verb: &Verb, key: &str, termination: &Terminat
         let found = verb.command_lists.get_index_of(list);
         if found.is_none() {
             let remedy = did_you_mean(list, verb.command_lists.keys().map(String::as_str));
-            flat.refuse(Class::UnknownName, format!("the condition '{name}' holds during '{list}', which is not a command list"), place, &remedy);
+            flat.refuse(Class::UnknownName, format!("the condition '{name}' applies during '{list}', which is not a command list"), place, &remedy);
         }
         found
     });

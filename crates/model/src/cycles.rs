@@ -50,7 +50,7 @@ pub(crate) fn is_synchronous_input(blocks: &[FlatBlock], (block, item): Port) ->
 pub(crate) fn cycle_refusal(labels: &[&str], modes: &str, place: &Option<SourceLocation>) -> Refusal {
     let path: Vec<String> = labels.iter().chain(labels.first()).map(|label| format!("'{label}'")).collect();
     let about = labels.iter().map(|label| Where::Block { block: (*label).to_owned() });
-    Refusal::new(Class::SynchronousCycle, format!("synchronous ports make a cycle: {}", path.join(" → ")))
+    Refusal::new(Class::SynchronousCycle, format!("synchronous ports form a cycle: {}", path.join(" → ")))
         .remedy(format!("relax one of the inputs, for example with {modes}"))
         .at(place)
         .about(about)

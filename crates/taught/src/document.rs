@@ -49,11 +49,11 @@ impl PointDocument {
             enter_arm(&mut document, file);
         } else if joints != file.joints {
             let message =
-                format!("the points of '{}' are of {}, but arm '{}' has {}", file.path.display(), joints.join(", "), file.arm, file.joints.join(", "));
-            return Err(refuse(Class::ValueRefused, message, "name the file of this arm"));
+                format!("the points in '{}' are for joints {}, but arm '{}' has {}", file.path.display(), joints.join(", "), file.arm, file.joints.join(", "));
+            return Err(refuse(Class::ValueRefused, message, "pass the points file of this arm"));
         } else if model != file.model && !file.any_model {
-            let message = format!("the points of '{}' were taught with a different model from that of '{}'", file.path.display(), file.arm);
-            return Err(refuse(Class::ValueRefused, message, "name the file of this arm"));
+            let message = format!("the points in '{}' were taught with a different model from that of arm '{}'", file.path.display(), file.arm);
+            return Err(refuse(Class::ValueRefused, message, "pass the points file of this arm"));
         }
         let units = if joints.is_empty() { file.units.clone() } else { units };
         let factors: Option<Vec<f64>> = units.iter().map(|unit| factor(unit)).collect();
@@ -163,7 +163,7 @@ impl PointDocument {
             return Err(refuse(
                 Class::ValueRefused,
                 format!("point '{name}' has no valid position in its frame '{}'", point.frame),
-                "give finite numbers, or the frame 'joints'",
+                "give finite numbers, or use frame 'joints' without a position",
             ));
         }
         let no = |what: &str, name: &str| {

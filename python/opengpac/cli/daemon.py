@@ -156,7 +156,9 @@ def _of_program(given: argparse.Namespace) -> system.System:
     for word in ("name", "clock", "seed"):
         if getattr(given, word) is not None:
             refuse(
-                CallError, f"--{word} cannot be combined with program '{given.program}', which makes the system", "set it in the program"
+                CallError,
+                f"--{word} cannot be combined with program '{given.program}', which creates the system itself",
+                "set it in the program",
             )
     made = programs.run(given, "opengpac.rts")
     there = [s for s in open_systems.systems() if not s.closed and any(s is value for value in made.values())]

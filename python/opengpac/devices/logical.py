@@ -286,8 +286,8 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
         if other is not None and other is not self and (other.definition_name(), other._numbers) != (self.definition_name(), self._numbers):
             refuse(
                 UnknownName,
-                f"this {self.definition_name()} '{self.name}' was deleted, and a {other.definition_name()} now has its name",
-                "use the newest one",
+                f"this {self.definition_name()} '{self.name}' was deleted, and its name is now used by a {other.definition_name()}",
+                "use the newer one",
             )
         return self.system._alive()
 

@@ -224,7 +224,7 @@ class PhysicalDevice(_Channels):
         if self.system.physical_devices.get(self.name, self) is not self:
             refuse(
                 UnknownName,
-                f"this physical device '{self.name}' was deleted, and another one now has its name",
+                f"this physical device '{self.name}' was deleted, and its name is now used by another one",
                 "take parts and channels of the newest one",
             )
         return self.system._alive()

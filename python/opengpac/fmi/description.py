@@ -75,7 +75,7 @@ class Description:
 def described(path: Path) -> Description:
     """Returns the description of an FMU for this machine. Raises an error with the reason if it cannot be used here."""
     if not path.is_file():
-        refuse(ModuleError, f"file '{path}' does not exist", "pass an FMU, x.fmu")
+        refuse(ModuleError, f"file '{path}' does not exist", "pass the path of an FMU file (.fmu)")
     with opened(path) as archive:
         names = archive.names
         if "modelDescription.xml" not in names:

@@ -100,5 +100,5 @@ def _tls(to: Address, ca: File | None, certificate: File | None) -> ssl.SSLConte
             context.load_cert_chain(own)
     except OSError as error:
         files = " and ".join(f"'{file}'" for file in (trusted, own) if file)
-        refuse(CallError, f"cannot use the certificates of {files}: {error}", "pass files in PEM format")
+        refuse(CallError, f"cannot load the certificates from {files}: {error}", "pass files in PEM format")
     return context

@@ -5,13 +5,14 @@ Loads any MJCF or URDF file of an arm, and the arms that `opengpac robots` lists
 device.
 """
 
-from .arm import Arm, Payload
+from .arm import Arm
 from .arms import load
 from .dynamics import Dynamics, Link
 from .gripper import Finger, finger_follower, finger_servo, gripper
 from .joints import Joint
 from .kinematics import Axis, Kinematics
 from .motion import MotionTimeout, Moved, move
+from .payload import Payload
 from .servos import FollowingError, ServoUnstable, joint_decoupled_servo, joint_follower, joint_servo
 from .tool_frame import TouchedTool, tool_by_touching
 from .urdf import Interfaces

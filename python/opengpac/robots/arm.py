@@ -6,26 +6,23 @@ from __future__ import annotations
 import contextlib
 import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
 
-from .. import library
 from ..application.instances import VerbInstance
 from ..devices.groups import Group
-from ..errors import CallError, DefinitionError, Error, NotEnabled, UnknownName, did_you_mean, refuse
+from ..errors import DefinitionError, Error, NotEnabled, UnknownName, did_you_mean, refuse
 from ..studio import offered_motions
 from ..values.configurations import Configuration
-from ..values.encoding import plain
 from ..values.frames import Pose
-from ..values.numbers import number
 from ..values.quantities import Quantity
 from .dynamics import Dynamics
 from .joints import Joint
 from .kinematics import Kinematics
+from .payload import Payload
 from .touching import touching
 from .urdf import Interfaces
 
@@ -40,32 +37,6 @@ _SENSED = ("standstill", "moving", "stopping")
 
 TOUCHING_TOLD = 3
 """Maximum number of pairs of bodies that a message lists."""
-
-
-@dataclass(frozen=True)
-class Payload:
-    """Payload of an arm: its mass (kg, from 0) and its `centre` of mass in the flange's frame (m).
-
-    Raises `OutOfRange` for an implausible mass or coordinate, `CallError` for a centre that is not three numbers.
-    """
-
-    mass: float
-    centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-    def __post_init__(self) -> None:
-        items, centre = library.payload_effort.items, plain(self.centre, "the centre of mass of a payload")
-        items["mass"].check(self.mass, "the mass of a payload")
-        if not isinstance(centre, list) or len(centre) != 3:
-            refuse(
-                CallError,
-                f"the centre of mass of a payload must be three coordinates, not {self.centre!r}",
-                "pass them in the flange's frame, in m",
-            )
-        for coordinate in centre:
-            items["centre"].check(coordinate, "the centre of mass of a payload")
-        # Use plain numbers: payloads of arrays could not be compared.
-        object.__setattr__(self, "mass", number(self.mass))
-        object.__setattr__(self, "centre", tuple(centre))
 
 
 class Arm(Group[Joint]):

@@ -11,7 +11,7 @@ import dataclasses
 import importlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +19,7 @@ from .. import library as lib
 from ..errors import CallError, DefinitionError, refuse
 from ..values.frames import Pose
 from .kinematics import JOINTS_MAX, NONE, Kinematics, at_zero, joint_numbers, joints_before
-
-if TYPE_CHECKING:
-    from .arm import Payload
+from .payload import Payload
 
 GRAVITY = (0.0, 0.0, -9.81)
 """Gravity if the model does not define it, m/s²."""

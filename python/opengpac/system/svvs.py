@@ -88,7 +88,7 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
         """Returns the name by which a verb binds the SVV. Refuses if another SVV with that name has been created since."""
         known = self.system._svvs.get(self.name, self)
         if known is not self and known._asked != self._asked:
-            refuse(UnknownName, f"this SVV '{self.name}' was deleted, and another one now has its name", "use the newest one")
+            refuse(UnknownName, f"this SVV '{self.name}' was deleted, and its name is now used by another one", "use the newer one")
         return self.name
 
     def _argument(self) -> dict[str, Any]:

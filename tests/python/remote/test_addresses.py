@@ -99,5 +99,5 @@ def test_versions_that_do_not_fit_are_refused_in_words(foreign: Any, version: by
 def test_certificates_are_for_addresses_with_tls(tmp_path: Path) -> None:
     with pytest.raises(gpac.CallError, match="does not use TLS"):
         gpac.connect("http://127.0.0.1:8777", ca=tmp_path / "ca.pem")
-    with pytest.raises(gpac.CallError, match=r"cannot use the certificates of '.*ca\.pem'"):
+    with pytest.raises(gpac.CallError, match=r"cannot load the certificates from '.*ca\.pem'"):
         gpac.connect("https://127.0.0.1:8777", ca=tmp_path / "ca.pem")

@@ -47,13 +47,18 @@ impl<'a> Draft<'a> {
                     self.refuse(
                         Class::CallError,
                         format!("'{name}' of verb '{}' takes a {}", checked.name, object.device_type),
-                        "give a logical device",
+                        "pass a logical device",
                         &None,
                     );
                     Vec::new()
                 }
                 None => {
-                    self.refuse(Class::CallError, format!("verb '{}' needs '{name}', a {}", checked.name, object.device_type), "give a logical device", &None);
+                    self.refuse(
+                        Class::CallError,
+                        format!("verb '{}' requires the argument '{name}', a {}", checked.name, object.device_type),
+                        "pass a logical device",
+                        &None,
+                    );
                     Vec::new()
                 }
             };

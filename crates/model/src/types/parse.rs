@@ -180,7 +180,7 @@ impl<'a> Reader<'a> {
         self.expect("}")?;
         self.depth -= 1;
         if members.is_empty() {
-            return Err(self.refusal("a struct needs a member".into()));
+            return Err(self.refusal("a struct must have at least one member".into()));
         }
         self.bounded(Type::Struct(members))
     }
@@ -204,7 +204,7 @@ impl<'a> Reader<'a> {
         let token = self.next();
         if let Ok(count) = token.parse::<u32>() {
             return match count {
-                0 => Err(self.refusal("an array needs an element".into())),
+                0 => Err(self.refusal("an array must have at least one element".into())),
                 count if count as usize > SIZE_MAX => Err(self.refusal("it is too large".into())),
                 count => Ok(count as usize),
             };

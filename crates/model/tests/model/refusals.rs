@@ -77,7 +77,7 @@ fn names_that_are_not_there() {
 fn conditions_and_transitions() {
     check(
         two(json!({"conditions": {"done": {}}})),
-        "UnknownName: the condition 'done' stands for no block condition and is not a system condition; write on('label.condition'), or name one of completed, halted, fault, processor_lost, device_lost, device_disabled, aborted, emergency_stop, time_limit, overrun, late, link_lost, time_lost",
+        "UnknownName: the condition 'done' is neither bound to a block condition nor a system condition; write on('label.condition'), or name one of completed, halted, fault, processor_lost, device_lost, device_disabled, aborted, emergency_stop, time_limit, overrun, late, link_lost, time_lost",
     );
     check(two(json!({"conditions": {"done": {"on": ["s.y"]}}})), "UnknownName: 's.y' is not a condition: it is output 's.y' (double); there is only above");
     check(
@@ -86,7 +86,7 @@ fn conditions_and_transitions() {
     );
     check(
         two(json!({"conditions": {"done": {"on": ["s.above"], "during": "strat"}}})),
-        "UnknownName: the condition 'done' holds during 'strat', which is not a command list; there is only start"
+        "UnknownName: the condition 'done' applies during 'strat', which is not a command list; there is only start"
             .replace("there is only start", "did you mean 'start'?")
             .as_str(),
     );
@@ -178,7 +178,7 @@ fn graphs() {
     graph_check(graph(json!({"divide": {"s": 0}})), "SchedulingError: divide= of 's' is 0; give 1 or more");
     graph_check(
         graph(json!({"inputs": {"u": []}, "cells": {"c": ["g.y", "h.u"], "d": ["h.y", "g.u"]}})),
-        "SynchronousCycle: synchronous ports make a cycle: 'g' → 'h' → 'g'; relax one of the inputs, for example with modes={'g.u': 'asynchronous'}",
+        "SynchronousCycle: synchronous ports form a cycle: 'g' → 'h' → 'g'; relax one of the inputs, for example with modes={'g.u': 'asynchronous'}",
     );
     graph_check(
         json!({"name": "g", "blocks": {"i": {"block": {"graph": graph(json!({}))}}}, "inputs": {"x": ["i.uu"]}}),

@@ -68,7 +68,7 @@ fn a_wire_goes_or_the_reason_is_said() {
     assert_eq!(why(&of, "g.y", "g.u").as_deref(), Some("'c' has two writers: output 's.y' (double) and output 'g.y' (double); give each its own cell"));
     assert_eq!(why(&of, "v.y", "near.goal"), None, "a size that is not known yet takes any");
     assert!(why(&of, "v.y", "r.u").is_some_and(|why| why.contains("types differ")));
-    assert!(why(&of, "inner.y", "inner.u").is_some_and(|why| why.contains("make a cycle: 'inner.k' → 'inner.k'")));
+    assert!(why(&of, "inner.y", "inner.u").is_some_and(|why| why.contains("form a cycle: 'inner.k' → 'inner.k'")));
     assert_eq!(why(&of, "h.y", "r.u"), None, "what leaves the graph may be read inside");
     assert!(why(&of, "in", "g.u").is_some_and(|why| why.contains("a port has only one binding")));
 }

@@ -47,10 +47,10 @@ impl Workspaces {
                 return Err(refuse(Class::InUse, format!("workspace '{name}' was shipped by a program"), "save this one under another name"));
             }
             Some(kept) if shipped && !kept.shipped => {
-                return Err(refuse(Class::InUse, format!("workspace '{name}' was saved by a person"), "ship it under another name, or forget that one"));
+                return Err(refuse(Class::InUse, format!("workspace '{name}' was saved by a user"), "ship it under another name, or remove that one"));
             }
             None if self.by_name.len() == WORKSPACES_MAX => {
-                return Err(refuse(Class::LimitExceeded, format!("there are already {WORKSPACES_MAX} workspaces"), "forget one"));
+                return Err(refuse(Class::LimitExceeded, format!("there are already {WORKSPACES_MAX} workspaces"), "remove one"));
             }
             _ => {}
         }
@@ -62,7 +62,11 @@ impl Workspaces {
     /// Removes a workspace of this kind. Fails if it does not exist or is of the other kind.
     pub fn remove(&mut self, name: &str, shipped: bool) -> Result<(), Refusals> {
         if self.known(name)?.shipped != shipped {
-            let (is, remedy) = if shipped { ("was saved by a person", "forget it") } else { ("was shipped by a program", "let the program withdraw it") };
+            let (is, remedy) = if shipped {
+                ("was saved by a user", "remove it with forget_workspace")
+            } else {
+                ("was shipped by a program", "withdraw it in the program that shipped it")
+            };
             return Err(refuse(Class::InUse, format!("workspace '{name}' {is}"), remedy));
         }
         self.by_name.shift_remove(name);

@@ -239,7 +239,7 @@ impl System {
         }
         let (most, seconds) = (RESTARTS_MAX, RESTARTS_WITHIN.as_secs());
         let message = format!("{} was lost more than {most} times within {seconds} s", core.remote.called(remote));
-        Err(refuse(Class::InvalidState, message, "see the log for the reason, fix that, and call reset() later"))
+        Err(refuse(Class::InvalidState, message, "see the log for the reason, fix the problem, then wait a minute and call reset()"))
     }
 
     /// Terminates the processes of processors without a source, which no kernel knows about; the other processes have ended with the

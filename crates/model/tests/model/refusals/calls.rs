@@ -4,7 +4,7 @@ use super::*;
 
 #[test]
 fn calls() {
-    check((movement(), json!({})), "CallError: verb 'move' needs 'arm', a Joint; give a logical device");
+    check((movement(), json!({})), "CallError: verb 'move' requires the argument 'arm', a Joint; pass a logical device");
     check(
         (movement(), json!({"arguments": {"arm": {"devices": ["j1"]}, "amr": {"svv": "a"}}})),
         "CallError: verb 'move' has no instantiation parameter 'amr'; did you mean 'arm'?",
@@ -18,7 +18,7 @@ fn calls() {
         (movement(), json!({"arguments": {"arm": {"devices": ["j1", "j1"]}}})),
         "CallError: 'arm' of verb 'move' is given the device 'j1' twice; give each device once",
     );
-    check((movement(), json!({"arguments": {"arm": {"svv": "a"}}})), "CallError: 'arm' of verb 'move' takes a Joint; give a logical device");
+    check((movement(), json!({"arguments": {"arm": {"svv": "a"}}})), "CallError: 'arm' of verb 'move' takes a Joint; pass a logical device");
     check(
         with(movement(), json!({"objects": {"arm": {"each": false}}}), arm()),
         "CallError: 'arm' of verb 'move' takes one Joint, not 2; declare it with each() to take several",
@@ -75,7 +75,7 @@ fn scheduling() {
     );
     check(
         v(&[("a", "lib.gain"), ("b", "lib.gain")], json!({"cells": {"c": ["a.y", "b.u"], "d": ["b.y", "a.u"]}})),
-        "SynchronousCycle: synchronous ports make a cycle: 'a' → 'b' → 'a'; relax one of the inputs, for example with modes={'a.u': 'asynchronous'}",
+        "SynchronousCycle: synchronous ports form a cycle: 'a' → 'b' → 'a'; relax one of the inputs, for example with modes={'a.u': 'asynchronous'}",
     );
     check(
         v(&[("s", "lib.signal"), ("r", "lib.signal")], json!({"cells": {"c": ["s.y", "r.y"]}, "command_lists": start(&["+s 1ms", "+r 1ms"])})),
