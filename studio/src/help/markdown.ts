@@ -54,7 +54,7 @@ export function blocksOf(page: string): Block[] {
     } else {
       const rows = lines.slice(
         at,
-        endOf(lines, at, (one) => one.trim() !== "" && !/^([#|`]|- |!\[)/.test(one)),
+        endOf(lines, at, (one) => one.trim() !== "" && !/^([#|]|```|- |!\[)/.test(one)),
       );
       const text = rows.length === 0 ? line : rows.join(" ");
       blocks.push({ kind: "text", text });
