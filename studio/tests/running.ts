@@ -94,8 +94,14 @@ export const LOOKS: Look[] = [
   { width: 390, height: 844, scheme: "light" },
 ];
 
-export async function open(browser: Browser, url: string, look: Look = LOOKS[0] as Look): Promise<Opened> {
-  const context = await browser.newContext({ viewport: { width: look.width, height: look.height }, colorScheme: look.scheme });
+/** Opens a page of the studio in a browser of a language, and waits until it shows that it is `live`. */
+export async function open(
+  browser: Browser,
+  url: string,
+  look: Look = LOOKS[0] as Look,
+  { locale, live } = { locale: "en-US", live: "live" },
+): Promise<Opened> {
+  const context = await browser.newContext({ viewport: { width: look.width, height: look.height }, colorScheme: look.scheme, locale });
   context.setDefaultTimeout(PATIENCE_MS);
   await context.exposeBinding("tellUnaimed", ({ page }, name: string) => void (pressingFreely.has(page) || unaimed.push(name)));
   await context.addInitScript(watchForUnaimed);
@@ -108,7 +114,7 @@ export async function open(browser: Browser, url: string, look: Look = LOOKS[0] 
   });
   page.on("pageerror", (error) => errors.push(error.message));
   await page.goto(url);
-  await page.getByText("live", { exact: true }).waitFor();
+  await page.getByText(live, { exact: true }).waitFor();
   return { page, context, errors };
 }
 
@@ -128,17 +134,18 @@ export async function shoot(page: Page, name: string): Promise<void> {
   if (picture && process.env.OPENGPAC_WRITE_PICTURES) copyFileSync(shot, join(ROOT, "docs/pictures", `${picture}.png`));
 }
 
-/** Returns a description of each violation that axe finds. */
-export async function axeFindings(page: Page): Promise<string[]> {
+/** Returns a description of each violation that axe finds; `isEnhanced` also requires a contrast of 7 rather than 4.5. */
+export async function axeFindings(page: Page, isEnhanced = false): Promise<string[]> {
   if (!(await page.evaluate(() => "axe" in window))) await page.evaluate(axe.source);
-  const found = await page.evaluate(async () => {
-    const checked = await (window as unknown as { axe: typeof axe }).axe.run(document, { resultTypes: ["violations"] });
+  const found = await page.evaluate(async (enabled) => {
+    const options = { resultTypes: ["violations" as const], rules: { "color-contrast-enhanced": { enabled } } };
+    const checked = await (window as unknown as { axe: typeof axe }).axe.run(document, options);
     return checked.violations.map((one) => ({
       id: one.id,
       help: one.help,
       where: one.nodes.map((node) => `${node.target} ${node.failureSummary}`),
     }));
-  });
+  }, isEnhanced);
   return found.map((one) => `${one.id}: ${one.help}: ${one.where.join(" | ")}`);
 }
 

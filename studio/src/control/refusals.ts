@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { tr } from "../language/text";
 import { worded } from "./wording";
 
 /** An error reported by the real-time system: its message, its subjects, the places where these were defined, and a remedy. */
@@ -42,11 +43,8 @@ export function refusalsOf(error: unknown): Refusal[] {
 
 /** Returns the error for a system that does not answer. */
 export function unreachable(why: unknown): RefusalError {
-  const message = `the real-time system does not answer (${why instanceof Error ? why.message : String(why)})`;
-  return new RefusalError(
-    [{ class: "ConnectionLost", message, remedy: "check that it is still running; the page reconnects automatically" }],
-    0,
-  );
+  const message = tr("control.theRealTimeSystemDoesNot", { part: why instanceof Error ? why.message : String(why) });
+  return new RefusalError([{ class: "ConnectionLost", message, remedy: tr("control.checkThatItIsStillRunning") }], 0);
 }
 
 /** Returns the error for a command given without a connection. The command is not sent, because it could then arrive at any later time. */
@@ -55,8 +53,8 @@ export function unconnected(): RefusalError {
     [
       {
         class: "ConnectionLost",
-        message: "no connection to the system: the command was not sent",
-        remedy: "try again when the page shows 'live'",
+        message: tr("control.noConnectionToTheSystemThe"),
+        remedy: tr("control.tryAgainWhenThePageShows"),
       },
     ],
     0,
@@ -78,5 +76,5 @@ export function refusedBy(status: number, body: string): RefusalError {
     // Not JSON: the answer is from something between the page and the system, and its text is shown.
   }
   const said = body.trim().slice(0, 200);
-  return new RefusalError([{ class: "Error", message: `status ${status}${said ? `: ${said}` : ""}` }], status);
+  return new RefusalError([{ class: "Error", message: tr("control.statusStatus", { status, part: said ? `: ${said}` : "" }) }], status);
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { tr } from "../language/text";
 import { RefusalError, refusedBy, unreachable } from "./refusals";
 import { inTurn } from "./room";
 
@@ -54,6 +55,6 @@ export async function answer<T>(asker: Asker, method: string, path: string, body
   try {
     return JSON.parse(text) as T;
   } catch {
-    throw new RefusalError([{ class: "Error", message: `the answer to ${method} ${path} is not valid JSON` }], status);
+    throw new RefusalError([{ class: "Error", message: tr("control.theAnswerToMethodPathIs", { method, path }) }], status);
   }
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { tr } from "../language/text";
 import { RefusalError } from "./refusals";
 import type { Reading } from "./shapes";
 import type { Source, Topic, Values } from "./source";
@@ -19,7 +20,7 @@ class StillValues implements Values {
 
   watch(name: string, watcher: (reading: Reading | null, missing: { class: string; message: string }[] | null) => void): () => void {
     const reading = this.#readings.get(name) ?? null;
-    const missing = { class: "Still", message: `'${name}' was not displayed when the page was paused` };
+    const missing = { class: "Still", message: tr("control.nameWasNotDisplayedWhenThe", { name }) };
     watcher(reading, reading ? null : [missing]);
     return () => undefined;
   }
@@ -56,13 +57,16 @@ export function stillOf(source: Source, readings: ReadonlyMap<string, Reading>):
     may: (role) => role === "observe",
     look: (name, args, signal) => source.look(name, args, signal),
     pressed: () => null,
-    order: () => Promise.reject(notNow("The page is paused")),
-    aside: () => Promise.reject(notNow("The page is paused")),
+    order: () => Promise.reject(notNow(tr("control.thePageIsPaused"))),
+    aside: () => Promise.reject(notNow(tr("control.thePageIsPaused"))),
     stop: (name, args) => source.stop(name, args),
   };
 }
 
 /** Returns the refusal of a command while the page shows the past. */
 export function notNow(why: string): RefusalError {
-  return new RefusalError([{ class: "InvalidState", message: `${why}: commands are not possible`, remedy: "return to 'Live'" }], 0);
+  return new RefusalError(
+    [{ class: "InvalidState", message: tr("control.whyCommandsAreNotPossible", { why }), remedy: tr("control.returnToLive") }],
+    0,
+  );
 }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { type KeyboardEvent, useEffect, useId, useMemo, useRef, useState } from "react";
+import { tr } from "../language/text";
 import { score } from "./fuzzy";
 
 export interface Choice {
@@ -77,7 +79,7 @@ export function Choices(props: { label: string; choices: Choice[]; empty: string
         {hits.length === 0 && (
           // biome-ignore lint/a11y/useFocusableInteractive: it cannot be chosen
           <div className="choice quiet" role="option" aria-disabled="true" aria-selected="false">
-            {typed === "" ? props.empty : `No match for '${typed}'.`}
+            {typed === "" ? props.empty : tr("design.noMatchForTyped", { typed })}
           </div>
         )}
       </div>

@@ -11,11 +11,11 @@ export function colour(token: string): string {
   return found;
 }
 
-/** Calls `changed` when the theme switches between light and dark, until the returned function is called. */
+/** Calls `changed` when the theme switches between light, dark and high contrast, until the returned function is called. */
 export function onThemeChange(changed: () => void): () => void {
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
   const switched = new MutationObserver(changed);
-  switched.observe(document.documentElement, { attributes: true, attributeFilter: ["data-theme"] });
+  switched.observe(document.documentElement, { attributes: true, attributeFilter: ["data-theme", "data-contrast"] });
   dark.addEventListener("change", changed);
   return () => {
     switched.disconnect();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { type ReactNode, useId } from "react";
 import { type Refusal, refusalsOf } from "../control/refusals";
+import { tr } from "../language/text";
 import "./parts.css";
 
 /** A panel of a view with a heading; `end` is shown at the right of the heading. */
@@ -50,9 +52,7 @@ export function Refusals(props: { of: Refusal[]; id?: string }) {
             <span className="name">{refusal.class}</span>: {refusal.message}
             {refusal.remedy && <div className="quiet">{refusal.remedy}</div>}
             {refusal.place && (
-              <div className="quiet small">
-                at {refusal.place.file}:{refusal.place.line}
-              </div>
+              <div className="quiet small">{tr("design.atFileLine", { file: refusal.place.file, line: refusal.place.line })}</div>
             )}
           </li>
         ))}

@@ -2,6 +2,7 @@
 // Numbers with units as the package reads them (crates/model/src/quantity.rs): "20 ms", "90 deg", "0.5 rad/s", "30 %". Invalid texts are
 // refused with a message; nothing is guessed.
 
+import { tr } from "../language/text";
 /** Parsed value, or the reason why the text is invalid. */
 export type ReadResult<T> = { value: T; wrong?: undefined } | { value?: undefined; wrong: string };
 
@@ -74,7 +75,7 @@ const COMMA = /^\s*[+-]?\d+,\d+/;
 /** Returns an error message for a number with a decimal comma, or null. Lists in brackets may contain commas. */
 export function commaIn(text: string): string | null {
   const found = COMMA.exec(text);
-  return found ? `'${text.trim()}' has a decimal comma: write ${found[0].trim().replace(",", ".")}` : null;
+  return found ? tr("design.textHasADecimalCommaWrite", { text: text.trim(), value: found[0].trim().replace(",", ".") }) : null;
 }
 
 /**
@@ -87,7 +88,7 @@ export function numberIn(text: string, target: string): ReadResult<number> {
   const [number, symbol] = read.value;
   if (symbol === "" || symbol === target) return { value: number };
   const given = unitOf(symbol);
-  if (!given) return { wrong: `'${text.trim()}' has the unknown unit '${symbol}'` };
+  if (!given) return { wrong: tr("design.textHasTheUnknownUnitSymbol", { text: text.trim(), symbol }) };
   const wanted: Unit | undefined =
     target === ""
       ? { multiply: 1, divide: 1, dimension: given.dimension }
@@ -95,7 +96,7 @@ export function numberIn(text: string, target: string): ReadResult<number> {
           .split("|")
           .map(unitOf)
           .find((unit) => unit !== null && isSame(unit.dimension, given.dimension)) || undefined;
-  if (!wanted) return { wrong: `'${text.trim()}' is not a quantity in ${target}: the dimensions differ` };
+  if (!wanted) return { wrong: tr("design.textIsNotAQuantityIn", { text: text.trim(), target }) };
   return { value: (number * given.multiply * wanted.divide) / (given.divide * wanted.multiply) };
 }
 
@@ -108,18 +109,18 @@ export function durationNs(text: string, bare: "s" | null = null): ReadResult<nu
   if (read.wrong !== undefined) return read;
   const [number, symbol] = read.value;
   if (symbol === "") {
-    if (bare === null) return { wrong: `'${text.trim()}' has no unit: write 20 ms, for example` };
+    if (bare === null) return { wrong: tr("design.textHasNoUnitWrite20", { text: text.trim() }) };
     return inRange(number * 1e9, text);
   }
   const time = numberIn(text, "ns");
   if (time.wrong === undefined) return inRange(time.value, text);
   const rate = numberIn(text, "Hz");
   if (rate.wrong === undefined && rate.value > 0) return inRange(1e9 / rate.value, text);
-  return { wrong: `'${text.trim()}' is not a time: write 20 ms, for example` };
+  return { wrong: tr("design.textIsNotATimeWrite", { text: text.trim() }) };
 }
 
 function inRange(ns: number, text: string): ReadResult<number> {
-  return Math.abs(ns) < 2 ** 63 ? { value: Math.round(ns) } : { wrong: `'${text.trim()}' is out of range` };
+  return Math.abs(ns) < 2 ** 63 ? { value: Math.round(ns) } : { wrong: tr("design.textIsOutOfRange", { text: text.trim() }) };
 }
 
 function split(text: string): ReadResult<[number, string]> {
@@ -127,8 +128,7 @@ function split(text: string): ReadResult<[number, string]> {
   if (comma !== null) return { wrong: comma };
   const found = NUMBER.exec(text.trim());
   const number = Number(found?.[1]);
-  if (!found || !Number.isFinite(number))
-    return { wrong: `'${text.trim()}' is not a number with a unit: write 20 ms or 90 deg, for example` };
+  if (!found || !Number.isFinite(number)) return { wrong: tr("design.textIsNotANumberWith", { text: text.trim() }) };
   return { value: [number, found[2] ?? ""] };
 }
 

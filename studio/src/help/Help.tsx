@@ -4,10 +4,10 @@ import { type Block, spansOf } from "./markdown";
 import { helpOf } from "./topics";
 
 /** The page of the docs about a view. */
-export default function Help(props: { view: string; title: string }) {
+export default function Help(props: { view: string }) {
   return (
-    <article className="help-page">
-      {helpOf(props.view, props.title).map((block, index) => (
+    <article className="help-page" lang="en">
+      {helpOf(props.view).map((block, index) => (
         // biome-ignore lint/suspicious/noArrayIndexKey: a page of the docs does not change
         <Part key={index} of={block} />
       ))}

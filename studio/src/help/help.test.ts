@@ -30,6 +30,13 @@ test("pages of the docs are read as blocks and spans", () => {
   ]);
 });
 
-test.each(views.filter((view) => !view.alone))("the docs say something of the view $title", ({ name, title }) => {
-  expect(helpOf(name, title).length).toBeGreaterThan(name === "system" ? 1 : 2);
+test("a line of a paragraph may begin with code", () => {
+  expect(blocksOf("The command\n`opengpac studio` opens\nthe page.\n```sh\nls\n```\n")).toEqual([
+    { kind: "text", text: "The command `opengpac studio` opens the page." },
+    { kind: "code", text: "ls" },
+  ]);
+});
+
+test.each(views.filter((view) => !view.alone))("the docs say something of the view $title", ({ name }) => {
+  expect(helpOf(name).length).toBeGreaterThan(name === "system" ? 1 : 2);
 });

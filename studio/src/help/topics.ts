@@ -10,13 +10,25 @@ const SECTIONS: Record<string, string[]> = {
   recordings: ["A recording in the same views"],
 };
 
+/** Rows of the views in the table of docs/studio.md, which is in English in every language of the page. */
+const ROWS: Record<string, string> = {
+  start: "Start",
+  system: "System",
+  flow: "Data flow",
+  verbs: "Verbs",
+  devices: "Devices",
+  scope: "Scope",
+  log: "Log",
+  recordings: "Recordings",
+};
+
 /** Returns the section of the docs about a view. */
-export function helpOf(view: string, title: string): Block[] {
+export function helpOf(view: string): Block[] {
   if (view === "workspaces") return blocksOf(workspaces).slice(1);
   const page = blocksOf(studio);
   const shown = sectionOf(page, "What it shows");
   const table = shown.find((block) => block.kind === "table");
-  const row = table?.kind === "table" ? table.rows.find(([name]) => name === `*${title}*`) : undefined;
+  const row = table?.kind === "table" ? table.rows.find(([name]) => name === `*${ROWS[view]}*`) : undefined;
   const about: Block[] = row?.[1] ? [{ kind: "text", text: row[1] }] : [];
   const sections = SECTIONS[view]?.flatMap((name) => sectionOf(page, name));
   return [...about, ...(sections ?? (row ? shown.filter((block) => block !== table) : shown))];

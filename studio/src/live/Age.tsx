@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useState } from "react";
 import type { Reading } from "../control/shapes";
+import { tr } from "../language/text";
 import { useControl, useTopic } from "../shell/context";
 import { isStored } from "./stored";
 
@@ -25,7 +27,9 @@ export function Age(props: { of: string[] }) {
     };
   }, [control, names]);
   return (
-    <span className="age quiet small">{newest === null ? "never measured" : now ? `${ageText(now.now_s - newest * 1e-9)} old` : ""}</span>
+    <span className="age quiet small">
+      {newest === null ? tr("live.neverMeasured") : now ? tr("live.nowSOld", { now_s: ageText(now.now_s - newest * 1e-9) }) : ""}
+    </span>
   );
 }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useRef } from "react";
 import { isFloat, valueText } from "../design/numbers";
 import { unitText } from "../design/units";
+import { tr } from "../language/text";
 import { useControl } from "../shell/context";
 import { useForce } from "./forced";
 import { isStored } from "./stored";
@@ -28,7 +30,7 @@ export function LiveValue(props: {
       if (!shown) return;
       const isInitial = reading !== null && !isStored(reading);
       shown.textContent = reading && !(isInitial && initial === "none") ? valueText(reading.value, float) : "–";
-      shown.title = missing ? missing.map((refusal) => refusal.message).join("; ") : isInitial ? "no value stored yet" : "";
+      shown.title = missing ? missing.map((refusal) => refusal.message).join("; ") : isInitial ? tr("live.noValueStoredYet") : "";
       shown.classList.toggle("initial", isInitial);
     });
   }, [control, name, type_text, initial]);

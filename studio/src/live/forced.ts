@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Forced signals: values that a person has set in place of a reading or a command.
+
 import { useSyncExternalStore } from "react";
 import type { ForcedSignal, Statistics } from "../control/shapes";
 import { valueText } from "../design/numbers";
+import { tr } from "../language/text";
 import { useControl } from "../shell/context";
 
 /** Returns the forced signals, by their devices. A recording of an earlier release has none. */
@@ -12,7 +14,7 @@ export function forcedOf(now: Statistics | null): Record<string, ForcedSignal> {
 
 /** Describes a force: "forced to true by anna". */
 export function forceText(of: ForcedSignal): string {
-  return `${of.output ? "output" : "input"} forced to ${valueText(of.value)} by ${of.who}`;
+  return tr("live.forcedToByWho", { part: of.output ? tr("live.output") : tr("live.input"), value: valueText(of.value), who: of.who });
 }
 
 /**

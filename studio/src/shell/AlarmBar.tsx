@@ -3,6 +3,7 @@
 import { useEffect, useId, useState } from "react";
 import type { Alarm } from "../control/shapes";
 import { worded } from "../control/wording";
+import { tr } from "../language/text";
 import { Acknowledge, AcknowledgeAll, AlarmTable, AlarmTags, inOrder } from "./AlarmTable";
 import { useLive, useWatched } from "./context";
 import { addressOf } from "./route";
@@ -29,8 +30,8 @@ export function AlarmBar() {
   }, [isOver]);
   if (!first) return <ShelvedNote count={shelved} />;
   return (
-    <section className="alarm-bar" aria-label="Alarm bar">
-      <div className={`notice ${first.active && !first.acknowledged ? "bad" : "warn"} alarm`} role="status" aria-label="Alarms">
+    <section className="alarm-bar" aria-label={tr("shell.alarmBar")}>
+      <div className={`notice ${first.active && !first.acknowledged ? "bad" : "warn"} alarm`} role="status" aria-label={tr("shell.alarms")}>
         <AlarmTags of={first} />
         <strong>{first.code}</strong>
         <span className="said">
@@ -39,7 +40,7 @@ export function AlarmBar() {
         </span>
         {!isOpen && <Acknowledge of={first} from={control} />}
         <button type="button" aria-expanded={isOpen} aria-controls={list} onClick={() => setOpen(!isOpen)}>
-          {isOpen ? "Fewer" : raised.length === 1 ? "More" : `All ${raised.length} alarms`}
+          {isOpen ? tr("shell.fewer") : tr("shell.allCountAlarms", { count: raised.length })}
         </button>
       </div>
       <div id={list} className="alarm-list" hidden={!isOpen}>
@@ -60,7 +61,7 @@ function ShelvedNote(props: { count: number }) {
   if (props.count === 0) return null;
   return (
     <p className="notice quiet shelved-note">
-      <a href={addressOf("system")}>{props.count === 1 ? "1 alarm is shelved" : `${props.count} alarms are shelved`}</a>
+      <a href={addressOf("system")}>{tr("shell.countAlarmsAreShelved", { count: props.count })}</a>
     </p>
   );
 }

@@ -5,6 +5,7 @@ import type { Source } from "../control/source";
 import { worded } from "../control/wording";
 import { clockText, dayText, seconds } from "../design/numbers";
 import { Refusals, Tag, type Tone } from "../design/parts";
+import { tr, trWord } from "../language/text";
 import { useAction } from "./context";
 import { Shelve } from "./Shelving";
 
@@ -17,9 +18,9 @@ export function stateOf(alarm: Alarm): AlarmState {
 }
 
 const MEANS: Record<AlarmState, string> = {
-  active: "unacknowledged alarm: its cause persists, and nobody has acknowledged it",
-  acknowledged: "acknowledged alarm: its cause persists",
-  returned: "returned to normal, unacknowledged: its cause is gone, but nobody has acknowledged it",
+  active: tr("shell.unacknowledgedAlarmItsCausePersistsAnd"),
+  acknowledged: tr("shell.acknowledgedAlarmItsCausePersists"),
+  returned: tr("shell.returnedToNormalUnacknowledgedItsCause"),
 };
 
 /** Colour and shape of each severity; either of them suffices to distinguish severities. */
@@ -40,10 +41,10 @@ export function AlarmTags(props: { of: Alarm }) {
         <svg className="shape" viewBox="0 0 10 10" aria-hidden="true">
           <path d={shape} />
         </svg>
-        {props.of.severity}
+        {trWord(props.of.severity)}
       </Tag>{" "}
       <Tag tone={state === "active" ? "bad" : state === "returned" ? "warn" : "plain"} title={MEANS[state]}>
-        {state}
+        {trWord(state)}
       </Tag>
     </span>
   );
@@ -60,10 +61,13 @@ export function Acknowledge(props: { of: Alarm; from: Source }) {
         type="button"
         data-commands
         disabled={action.busy}
-        aria-label={`Acknowledge ${of.code}${of.source ? ` of ${of.source}` : ""}`}
+        aria-label={tr("shell.acknowledgeCode", {
+          code: of.code,
+          part: of.source ? ` ${tr("shell.ofSource", { source: of.source })}` : "",
+        })}
         onClick={() => action.run(() => from.aside("acknowledge_alarms", { number: of.number }).then(() => from.alarms.look()))}
       >
-        Acknowledge
+        {tr("shell.acknowledge")}
       </button>
       <Refusals of={action.refusals} />
     </>
@@ -83,7 +87,7 @@ export function AcknowledgeAll(props: { of: readonly Alarm[]; from: Source }) {
         disabled={action.busy}
         onClick={() => action.run(() => from.aside("acknowledge_alarms", {}).then(() => from.alarms.look()))}
       >
-        Acknowledge all
+        {tr("shell.acknowledgeAll")}
       </button>
       <Refusals of={action.refusals} />
     </>
@@ -110,7 +114,7 @@ export function AlarmTable(props: { of: readonly Alarm[]; from: Source }) {
             <span title={dayText(alarm.wall_ns)}>
               {[clockText(alarm.wall_ns), seconds(alarm.time_ns * 1e-9)].filter(Boolean).join(" · ")}
             </span>
-            {alarm.count > 1 && `, ${alarm.count} times`}
+            {alarm.count > 1 && tr("shell.countTimes", { count: alarm.count })}
           </span>
           <Acknowledge of={alarm} from={props.from} />
           <Shelve of={alarm} from={props.from} />

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { Component, type ReactNode } from "react";
 import { refusalsOf } from "../control/refusals";
 import { Refusals } from "../design/parts";
+import { tr } from "../language/text";
 
 /** Shows the error of a failed view in place of the view, so that the rest of the page keeps working. */
 export class Boundary extends Component<{ children: ReactNode }, { failure: unknown }> {
@@ -15,11 +17,11 @@ export class Boundary extends Component<{ children: ReactNode }, { failure: unkn
     if (this.state.failure === null) return this.props.children;
     return (
       <div className="stack">
-        <p>This view has failed. The system is not affected.</p>
+        <p>{tr("shell.thisViewHasFailedTheSystem")}</p>
         <Refusals of={refusalsOf(this.state.failure)} />
         <div className="row">
           <button type="button" onClick={() => this.setState({ failure: null })}>
-            Try again
+            {tr("shell.tryAgain")}
           </button>
         </div>
       </div>

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useState } from "react";
 import { personOf } from "../control/command";
 import type { Statistics } from "../control/shapes";
 import { Refusals } from "../design/parts";
+import { tr } from "../language/text";
 import { RequestForm } from "./CommandRequests";
 import { useAction, useLive, useWatched } from "./context";
 
@@ -16,8 +18,8 @@ export function moving(now: Statistics | null): string[] {
 
 /** Returns the name of the commander: this page, a person or session, a program, or nobody. */
 export function commanderOf(holder: string | null, person: string | null, own: string | null, now: Statistics | null): string {
-  if (holder === null) return moving(now).length > 0 ? "a program" : "nobody";
-  return holder === own ? "this page" : (person ?? holder);
+  if (holder === null) return moving(now).length > 0 ? tr("shell.aProgram") : tr("shell.nobody2");
+  return holder === own ? tr("shell.thisPage") : (person ?? holder);
 }
 
 /** Holder of command. The first command given on the page takes it; here it can be released, requested, or taken from another session. */
@@ -31,33 +33,43 @@ export function CommandHolder(props: { now: Statistics | null }) {
   const running = moving(props.now);
   const ours = holder !== null && holder === name;
   const waits = state.requests.some((one) => one.name === name);
-  const alone = running.length > 0 ? `a program: ${running[0]}${running.length > 1 ? ` and ${running.length - 1} more` : ""}` : "nobody";
+  const alone =
+    running.length > 0
+      ? tr("shell.aProgramRunning", {
+          running: running[0],
+          part: running.length > 1 ? ` ${tr("shell.andCountMore", { count: running.length - 1 })}` : "",
+        })
+      : tr("shell.nobody2");
   const title =
-    running.length > 0 ? `No session has command. Started by a program and running: ${running.join(", ")}` : "No session has command.";
+    running.length > 0 ? tr("shell.noSessionHasCommandStartedBy", { running: running.join(", ") }) : tr("shell.noSessionHasCommand");
   if (!control.may("operate")) {
     return (
-      <div className="holder quiet" title="The token of this page has the role 'observe', which does not allow commands.">
-        observing; {holder === null ? alone : <Named name={holder} person={state.person ?? null} />} commands
+      <div className="holder quiet" title={tr("shell.theTokenOfThisPageHas")}>
+        {tr("shell.observing")} {holder === null ? alone : <Named name={holder} person={state.person ?? null} />} {tr("shell.commands")}
       </div>
     );
   }
   return (
-    <div className="holder" data-commands title={holder === null ? title : `Session ${holder}, ${personOf(state)}`}>
-      <span className="quiet">Commanded by</span>{" "}
-      <strong>{ours ? "this page" : holder === null ? alone : <Named name={holder} person={state.person ?? null} />}</strong>
+    <div
+      className="holder"
+      data-commands
+      title={holder === null ? title : tr("shell.sessionHolderState", { holder, state: personOf(state) })}
+    >
+      <span className="quiet">{tr("shell.commandedBy")}</span>{" "}
+      <strong>{ours ? tr("shell.thisPage") : holder === null ? alone : <Named name={holder} person={state.person ?? null} />}</strong>
       {ours && (
         <button type="button" disabled={action.busy} onClick={() => action.run(() => control.command.giveBack())}>
-          Give back
+          {tr("shell.giveBack")}
         </button>
       )}
       {!ours && holder !== null && !waits && (
         <button type="button" aria-expanded={asking} onClick={() => setAsking(!asking)}>
-          Request command
+          {tr("shell.requestCommand")}
         </button>
       )}
       {!ours && holder !== null && control.may("configure") && (
         <button type="button" disabled={action.busy} onClick={() => action.run(() => control.command.take(true))}>
-          Take from {holder}
+          {tr("shell.takeFromHolder", { holder })}
         </button>
       )}
       {asking && !ours && !waits && holder !== null && <RequestForm done={() => setAsking(false)} />}

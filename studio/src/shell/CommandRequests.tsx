@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useState } from "react";
 import { personOf } from "../control/command";
 import type { AskingSession, Holder } from "../control/shapes";
 import { Refusals } from "../design/parts";
+import { tr, trWord } from "../language/text";
 import { useAction, useLive, useWatched } from "./context";
 
 /** Form for entering the name of the person who requests command, and the reason. */
@@ -20,23 +22,24 @@ export function RequestForm(props: { done: () => void }) {
   return (
     <form
       className="request row"
-      aria-label="Request command"
+      aria-label={tr("shell.requestCommand")}
       onSubmit={(event) => {
         event.preventDefault();
         void action.run(ask).then((done) => done && props.done());
       }}
     >
       <label>
-        Your name <input value={name} maxLength={64} size={14} autoComplete="name" onChange={(event) => setName(event.target.value)} />
+        {tr("shell.yourName")}{" "}
+        <input value={name} maxLength={64} size={14} autoComplete="name" onChange={(event) => setName(event.target.value)} />
       </label>
       <label>
-        Reason <input value={reason} maxLength={200} size={24} onChange={(event) => setReason(event.target.value)} />
+        {tr("shell.reason")} <input value={reason} maxLength={200} size={24} onChange={(event) => setReason(event.target.value)} />
       </label>
       <button type="submit" className="primary" disabled={action.busy}>
-        Send
+        {tr("shell.send")}
       </button>
       <button type="button" onClick={props.done}>
-        Cancel
+        {tr("shell.cancel")}
       </button>
       <Refusals of={action.refusals} />
     </form>
@@ -63,7 +66,7 @@ export function CommandRequests() {
         <div className={`notice ${over.outcome === "granted" ? "good" : "warn"}`} role="status">
           <span className="said">{wordsOf(over)}</span>
           <button type="button" onClick={() => setSeen(over.number)}>
-            Dismiss
+            {tr("shell.dismiss")}
           </button>
         </div>
       )}
@@ -81,11 +84,11 @@ export function settledOf(state: Holder, name: string, seen: number): SettledReq
 
 /** Describes the outcome of a request of this page in one sentence. */
 export function wordsOf(of: SettledRequest): string {
-  const by = of.by ? ` by ${of.by}` : "";
+  const by = of.by ? ` ${tr("shell.byBy", { by: of.by })}` : "";
   const reason = of.reason ? `: ${of.reason}` : "";
-  if (of.outcome === "granted") return `Command was granted to this page${reason}.`;
-  if (of.outcome === "timed_out") return `Nobody answered the request for command${reason}.`;
-  return `The request for command was ${of.outcome}${by}${reason}.`;
+  if (of.outcome === "granted") return tr("shell.commandWasGrantedToThisPagereason", { reason });
+  if (of.outcome === "timed_out") return tr("shell.nobodyAnsweredTheRequestForCommandreason", { reason });
+  return tr("shell.theRequestForCommandWasOutcomebyreason", { outcome: trWord(of.outcome), by, reason });
 }
 
 function Waiting(props: { of: AskingSession; holder: Holder }) {
@@ -94,12 +97,12 @@ function Waiting(props: { of: AskingSession; holder: Holder }) {
   return (
     <div className="notice warn" role="status" data-commands>
       <span className="said">
-        Waiting for {props.holder.holder ?? "nobody"}
-        {props.holder.holder !== null && ` (${personOf(props.holder)})`} to hand over command…
+        {tr("shell.waitingFor")} {props.holder.holder ?? tr("shell.nobody")}
+        {props.holder.holder !== null && ` (${personOf(props.holder)})`} {tr("shell.toHandOverCommand")}
       </span>{" "}
-      <span className="quiet figures">{Math.ceil(props.of.left_ms / 1000)} s more</span>
+      <span className="quiet figures">{tr("shell.leftMsSMore", { left_ms: Math.ceil(props.of.left_ms / 1000) })}</span>
       <button type="button" disabled={action.busy} onClick={() => action.run(() => control.command.withdraw())}>
-        Withdraw
+        {tr("shell.withdraw")}
       </button>
       <Refusals of={action.refusals} />
     </div>
@@ -114,22 +117,24 @@ function Asked(props: { of: AskingSession }) {
   return (
     <div className="notice warn" role="alert" data-commands>
       <span className="said">
-        <strong>{of.person ?? of.name}</strong> {of.person ? `(${of.name}) ` : ""}requests command{of.reason && `: ${of.reason}`}
+        <strong>{of.person ?? of.name}</strong> {of.person ? `(${of.name}) ` : ""}
+        {tr("shell.requestsCommand")}
+        {of.reason && `: ${of.reason}`}
       </span>{" "}
-      <span className="quiet figures">{Math.ceil(of.left_ms / 1000)} s more</span>
+      <span className="quiet figures">{tr("shell.leftMsSMore", { left_ms: Math.ceil(of.left_ms / 1000) })}</span>
       <button type="button" className="primary" disabled={action.busy} onClick={() => action.run(() => control.command.handOver(of.name))}>
-        Hand over
+        {tr("shell.handOver")}
       </button>
       <input
-        aria-label={`Reason for declining the request of ${of.name}`}
-        placeholder="reason (optional)"
+        aria-label={tr("shell.reasonForDecliningTheRequestOf", { name: of.name })}
+        placeholder={tr("shell.reasonOptional")}
         maxLength={200}
         size={18}
         value={reason}
         onChange={(event) => setReason(event.target.value)}
       />
       <button type="button" disabled={action.busy} onClick={() => action.run(() => control.command.decline(of.name, reason.trim()))}>
-        Decline
+        {tr("shell.decline")}
       </button>
       <Refusals of={action.refusals} />
     </div>

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useCallback, useEffect, useRef, useState } from "react";
 import { type Refusal, RefusalError } from "../control/refusals";
 import type { Statistics } from "../control/shapes";
 import { Refusals } from "../design/parts";
+import { tr } from "../language/text";
 import { useAction, useLive } from "./context";
 
 /** Time within which the page reports whether the system has received a press, ms. */
@@ -91,11 +93,11 @@ export function useEmergencyStop(now: Statistics | null): Press {
 }
 
 const SAID: Record<Hearing, string> = {
-  none: "Emergency stop",
-  asked: "Stopping…",
-  heard: "Stop received",
-  unheard: "Not received",
-  refused: "Not accepted",
+  none: tr("shell.emergencyStop"),
+  asked: tr("shell.stopping"),
+  heard: tr("shell.stopReceived"),
+  unheard: tr("shell.notReceived"),
+  refused: tr("shell.notAccepted"),
 };
 
 /**
@@ -110,7 +112,7 @@ export function EmergencyStop(props: { press: Press }) {
     <button
       type="button"
       className={`stop ${hearing}`}
-      aria-label={hearing === "none" ? "Emergency stop" : `Emergency stop: ${SAID[hearing]}`}
+      aria-label={hearing === "none" ? tr("shell.emergencyStop") : tr("shell.emergencyStopSAID", { SAID: SAID[hearing] })}
       onClick={press}
     >
       {SAID[hearing]}
@@ -128,15 +130,14 @@ export function StopUnheard(props: { press: Press }) {
   return (
     <div className="shout" role="alert">
       <p>
-        <strong>{hearing === "unheard" ? "The emergency stop was not received." : "The emergency stop was not accepted."}</strong>
+        <strong>{hearing === "unheard" ? tr("shell.theEmergencyStopWasNotReceived") : tr("shell.theEmergencyStopWasNotAccepted")}</strong>
       </p>
       <p>
-        <strong>Use the stop button of the machine.</strong>{" "}
-        {hearing === "unheard" && "The page repeats the stop until the system receives it; the machine may then stop later."}
+        <strong>{tr("shell.useTheStopButtonOfThe")}</strong> {hearing === "unheard" && tr("shell.thePageRepeatsTheStopUntil")}
       </p>
       {hearing === "refused" && <Refusals of={refusals} />}
       <button type="button" onClick={putAway}>
-        {hearing === "unheard" ? "Stop sending" : "Dismiss"}
+        {hearing === "unheard" ? tr("shell.stopSending") : tr("shell.dismiss")}
       </button>
     </div>
   );
@@ -150,10 +151,10 @@ export function Stopped(props: { now: Statistics | null }) {
   if (cause === null) return null;
   return (
     <div className="notice bad stopped" role="alert" data-commands>
-      <strong>Emergency stop:</strong> <span>{cause}</span>
+      <strong>{tr("shell.emergencyStop2")}</strong> <span>{cause}</span>
       {control.may("operate") && (
         <button type="button" disabled={action.busy} onClick={() => action.run(() => control.order("reset", {}))}>
-          Reset
+          {tr("shell.reset")}
         </button>
       )}
       <Refusals of={action.refusals} />

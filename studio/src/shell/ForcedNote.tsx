@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import type { Statistics } from "../control/shapes";
 import { valueText } from "../design/numbers";
 import { Refusals } from "../design/parts";
+import { tr } from "../language/text";
 import { forcedOf } from "../live/forced";
 import { useAction, useLive } from "./context";
 import { addressOf } from "./route";
@@ -13,11 +15,14 @@ export function ForcedNote(props: { now: Statistics | null }) {
   const forced = Object.entries(forcedOf(props.now));
   if (forced.length === 0) return null;
   return (
-    <div className="notice warn forced-note" role="status" aria-label="Forced signals">
-      <strong>{forced.length === 1 ? "1 signal is forced" : `${forced.length} signals are forced`}</strong>
+    <div className="notice warn forced-note" role="status" aria-label={tr("shell.forcedSignals")}>
+      <strong>{tr("shell.countSignalsAreForced", { count: forced.length })}</strong>
       <span className="said">
         {forced.map(([name, of], index) => (
-          <span key={name} title={`${of.output ? "output" : "input"} ${of.channel}, by ${of.who}`}>
+          <span
+            key={name}
+            title={tr("shell.channelByWho", { part: of.output ? tr("shell.output") : tr("shell.input"), channel: of.channel, who: of.who })}
+          >
             {index > 0 && ", "}
             <a href={addressOf("devices", [name])}>{name}</a> {valueText(of.value)}
           </span>
@@ -25,7 +30,7 @@ export function ForcedNote(props: { now: Statistics | null }) {
       </span>
       {control.may("operate") && (
         <button type="button" data-commands disabled={action.busy} onClick={() => action.run(() => control.order("unforce", {}))}>
-          Release all
+          {tr("shell.releaseAll")}
         </button>
       )}
       <Refusals of={action.refusals} />

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useCallback, useEffect, useMemo, useState } from "react";
 import { type Control, connect } from "../control/control";
 import { RefusalError, refusalsOf } from "../control/refusals";
 import { forgetToken, keepToken } from "../control/token";
 import { Refusals } from "../design/parts";
+import { trNodes } from "../language/nodes";
+import { tr } from "../language/text";
 import { Axis, AxisContext } from "./axis";
 import { ControlContext, SourceContext } from "./context";
 import { Shell } from "./Shell";
@@ -64,11 +67,11 @@ export function Gate(props: { token: string | null }) {
 }
 
 function Door(props: { failure: unknown; open: (token: string) => void }) {
-  if (!props.failure) return <main className="door quiet">Connecting…</main>;
+  if (!props.failure) return <main className="door quiet">{tr("shell.connecting")}</main>;
   const unknown = props.failure instanceof RefusalError && props.failure.status === 401;
   return (
     <main className="door stack">
-      <h1>OpenGPAC studio</h1>
+      <h1>{tr("shell.openGPACStudio")}</h1>
       <Refusals of={refusalsOf(props.failure)} />
       {unknown && (
         <form
@@ -83,14 +86,17 @@ function Door(props: { failure: unknown; open: (token: string) => void }) {
           }}
         >
           <p>
-            Open the address that <code>opengpac studio</code>, <code>opengpac rts</code> or <code>cell.studio()</code> has printed, which
-            ends with the token. Or paste the address or the token here.
+            {trNodes("shell.openTheAddressThatCodeCode2", {
+              code: <code>opengpac studio</code>,
+              code2: <code>opengpac rts</code>,
+              code3: <code>cell.studio()</code>,
+            })}
           </p>
           <div className="row">
-            <label htmlFor="token">Token</label>
+            <label htmlFor="token">{tr("shell.token")}</label>
             <input id="token" name="token" type="password" autoComplete="off" required size={40} />
             <button type="submit" className="primary">
-              Open
+              {tr("shell.open")}
             </button>
           </div>
         </form>

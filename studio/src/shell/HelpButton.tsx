@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { lazy, Suspense, useEffect, useRef, useState } from "react";
+import { tr } from "../language/text";
 import type { View } from "./views";
 
 // The docs are loaded on first use.
@@ -26,18 +28,18 @@ export function HelpButton(props: { view: View | undefined }) {
           page.current?.showModal();
         }}
       >
-        Help
+        {tr("shell.help")}
       </button>
-      <dialog ref={page} className="help" aria-label={`Help: ${view.title}`} onClose={() => setOpen(false)}>
+      <dialog ref={page} className="help" aria-label={tr("shell.helpTitle", { title: view.title })} onClose={() => setOpen(false)}>
         <header>
           <h2>{view.title}</h2>
           <form method="dialog">
-            <button type="submit">Close</button>
+            <button type="submit">{tr("shell.close")}</button>
           </form>
         </header>
         {isOpen && (
-          <Suspense fallback={<p className="quiet wait">Loading…</p>}>
-            <Help view={view.name} title={view.title} />
+          <Suspense fallback={<p className="quiet wait">{tr("shell.loading")}</p>}>
+            <Help view={view.name} />
           </Suspense>
         )}
       </dialog>

@@ -1,33 +1,36 @@
 // SPDX-License-Identifier: Apache-2.0
 // List of the page's keys; `?` opens it in every view.
+
 import { useEffect, useRef } from "react";
+import { trNodes } from "../language/nodes";
+import { tr } from "../language/text";
 
 const KEYS: [string, [string, string][]][] = [
   [
-    "Everywhere",
+    tr("shell.everywhere"),
     [
-      ["?", "this list"],
-      ["Tab", "to the next control; the first control skips to the view"],
-      ["Esc", "closes this list"],
+      ["?", tr("shell.thisList")],
+      [tr("shell.tab"), tr("shell.toTheNextControlTheFirst")],
+      [tr("shell.esc"), tr("shell.closesThisList")],
     ],
   ],
-  ["Devices", [["Space, held", "jogs the joint whose + or − has the focus, until it is released"]]],
+  [tr("shell.devices"), [[tr("shell.spaceHeld"), tr("shell.jogsTheJointWhoseOrHas")]]],
   [
-    "Data flow",
+    tr("shell.dataFlow"),
     [
-      ["/ or Ctrl+F", "find a block, a port, an SVV"],
-      ["Enter", "selects, or opens the selected graph"],
-      ["Ctrl+Z, Ctrl+Y", "undo, redo"],
-      ["Ctrl+C, Ctrl+X, Ctrl+V", "copy, cut, paste"],
-      ["Delete", "removes the selection"],
+      [tr("shell.orCtrlF"), tr("shell.findABlockAPortAn")],
+      [tr("shell.enter"), tr("shell.selectsOrOpensTheSelectedGraph")],
+      [tr("shell.ctrlZCtrlY"), tr("shell.undoRedo")],
+      [tr("shell.ctrlCCtrlXCtrlV"), tr("shell.copyCutPaste")],
+      [tr("shell.delete"), tr("shell.removesTheSelection")],
     ],
   ],
   [
-    "Scope",
+    tr("shell.scope"),
     [
-      ["/", "search for a value"],
-      ["← →, + −", "move, and zoom"],
-      ["Home", "fits the view to the data"],
+      ["/", tr("shell.searchForAValue")],
+      ["← →, + −", tr("shell.moveAndZoom")],
+      [tr("shell.home"), tr("shell.fitsTheViewToTheData")],
     ],
   ],
 ];
@@ -47,9 +50,9 @@ export function Keys() {
   return (
     <>
       <button type="button" className="plain keys-button" aria-haspopup="dialog" onClick={() => list.current?.showModal()}>
-        Keys <kbd>?</kbd>
+        {trNodes("shell.keysKbd", { kbd: <kbd>?</kbd> })}
       </button>
-      <dialog ref={list} className="keys" aria-label="Keys">
+      <dialog ref={list} className="keys" aria-label={tr("shell.keys")}>
         {KEYS.map(([where, keys]) => (
           <section key={where}>
             <h2>{where}</h2>
@@ -66,7 +69,7 @@ export function Keys() {
           </section>
         ))}
         <form method="dialog">
-          <button type="submit">Close</button>
+          <button type="submit">{tr("shell.close")}</button>
         </form>
       </dialog>
     </>

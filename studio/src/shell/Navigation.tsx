@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useRef } from "react";
+import { tr } from "../language/text";
 import { HelpButton } from "./HelpButton";
 import { Keys } from "./Keys";
+import { LanguageSwitch } from "./LanguageSwitch";
 import { addressOf } from "./route";
 import { ThemeSwitch } from "./ThemeSwitch";
 import { views } from "./views";
@@ -14,7 +17,7 @@ export function Navigation(props: { present: string }) {
     links.current?.querySelector('[aria-current="page"]')?.scrollIntoView({ block: "nearest", inline: "nearest" });
   }, [props.present]);
   return (
-    <nav className="navigation" aria-label="Views">
+    <nav className="navigation" aria-label={tr("shell.views")}>
       <ul ref={links}>
         {views
           .filter((view) => !view.alone)
@@ -30,6 +33,7 @@ export function Navigation(props: { present: string }) {
         <HelpButton view={views.find((view) => view.name === props.present)} />
         <Keys />
         <ThemeSwitch />
+        <LanguageSwitch />
       </div>
     </nav>
   );

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { type ReactNode, useEffect, useRef, useState } from "react";
+import { tr } from "../language/text";
 import { watchAim } from "./aim";
 
 /** Time for which a refused press is reported, ms. */
@@ -24,13 +26,13 @@ export function Notices(props: { children: ReactNode }) {
     if (!isMore) setOpen(false);
   }, [isMore]);
   return (
-    <section className="notices-place" aria-label="Messages">
+    <section className="notices-place" aria-label={tr("shell.messages")}>
       <div className={`notices ${isOpen ? "open" : ""}`} tabIndex={0}>
         <div ref={content}>{props.children}</div>
       </div>
       {isMore && (
         <button type="button" className="unfold" aria-expanded={isOpen} onClick={() => setOpen(!isOpen)}>
-          {isOpen ? "Show fewer" : "All messages"}
+          {isOpen ? tr("shell.showFewer") : tr("shell.allMessages")}
         </button>
       )}
     </section>
@@ -49,7 +51,7 @@ export function Aim() {
   if (count === 0) return null;
   return (
     <div className="toast" role="status">
-      The page changed as you pressed, so nothing was done. Press again.
+      {tr("shell.thePageChangedAsYouPressed")}
     </div>
   );
 }

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useState } from "react";
 import type { Recording } from "../control/recorded/recording";
 import type { Replay as State } from "../control/recorded/replaying";
 import type { Differs } from "../control/source";
 import { count, percent } from "../design/numbers";
 import { Refusals, Tag } from "../design/parts";
+import { trNodes } from "../language/nodes";
+import { tr } from "../language/text";
 import { useAction, useLive, useWatched } from "./context";
 
 /** Replay of the recording by the system, which compares every value; the first difference is marked on the time axis. */
@@ -16,21 +19,21 @@ export function Replay(props: { of: Recording }) {
   const [present, setPresent] = useState(false);
   if (!of.about.replay || !live.may("configure")) return null;
   return (
-    <div className="replay row" role="group" aria-label="Replay">
+    <div className="replay row" role="group" aria-label={tr("shell.replay")}>
       {state.kind === "runs" ? (
         <>
           <Progress of={of} state={state} />
           <button type="button" onClick={() => action.run(() => of.replayed.cancel())}>
-            Cancel
+            {tr("shell.cancel")}
           </button>
         </>
       ) : (
         <>
-          <button type="button" title="Repeats the recorded run and compares every value" onClick={() => void of.replayed.run(present)}>
-            Replay
+          <button type="button" title={tr("shell.repeatsTheRecordedRunAndCompares")} onClick={() => void of.replayed.run(present)}>
+            {tr("shell.replay")}
           </button>
-          <label title="Uses the present code modules of the system in place of the recorded ones">
-            <input type="checkbox" checked={present} onChange={(event) => setPresent(event.target.checked)} /> with present code
+          <label title={tr("shell.usesThePresentCodeModulesOf")}>
+            <input type="checkbox" checked={present} onChange={(event) => setPresent(event.target.checked)} /> {tr("shell.withPresentCode")}
           </label>
         </>
       )}
@@ -45,10 +48,8 @@ function Progress(props: { of: Recording; state: Extract<State, { kind: "runs" }
   const part = state.time_ns === null ? 0 : (state.time_ns - of.begins_ns) / Math.max(1, of.ends_ns - of.begins_ns);
   return (
     <>
-      <progress aria-label="Progress of the replay" max={1} value={Math.min(1, Math.max(0, part))} />
-      <span className="figures small">
-        {percent(part)}, {count(state.firings)} firings
-      </span>
+      <progress aria-label={tr("shell.progressOfTheReplay")} max={1} value={Math.min(1, Math.max(0, part))} />
+      <span className="figures small">{tr("shell.firingsFirings", { part: percent(part), firings: count(state.firings) })}</span>
     </>
   );
 }
@@ -58,8 +59,9 @@ function Found(props: { of: Recording; state: Extract<State, { kind: "over" }> }
   if (differs) return <Difference of={props.of} differs={differs} />;
   return (
     <span role="status">
-      <Tag tone={isWhole ? "good" : "warn"}>{isWhole ? "equal" : "to the end of its data"}</Tag> {count(firings)} firings, all values equal
-      to the recorded ones{message && `; ${message}`}
+      <Tag tone={isWhole ? "good" : "warn"}>{isWhole ? tr("shell.equal") : tr("shell.toTheEndOfItsData")}</Tag>{" "}
+      {tr("shell.firingsFiringsAllValuesEqualTo", { firings: count(firings) })}
+      {message && `; ${message}`}
     </span>
   );
 }
@@ -68,14 +70,15 @@ function Difference(props: { of: Recording; differs: Differs }) {
   const { time_ns, signal, recorded, replayed, where } = props.differs;
   return (
     <span role="status" title={where}>
-      <Tag tone="bad">first difference</Tag>{" "}
-      <button type="button" className="plain" onClick={() => props.of.go(time_ns)} title="Move the cursor there">
+      <Tag tone="bad">{tr("shell.firstDifference")}</Tag>{" "}
+      <button type="button" className="plain" onClick={() => props.of.go(time_ns)} title={tr("shell.moveTheCursorThere")}>
         {(time_ns / 1e9).toFixed(6)} s
       </button>{" "}
       {signal === null ? where : <a href={`#/scope?names=${encodeURIComponent(signal)}`}>{signal}</a>}
       {(recorded !== "–" || replayed !== "–") && (
         <>
-          : recorded <strong className="figures">{recorded}</strong>, now <strong className="figures">{replayed}</strong>
+          {trNodes("shell.recordedStrongNow", { strong: <strong className="figures">{recorded}</strong> })}{" "}
+          <strong className="figures">{replayed}</strong>
         </>
       )}
     </span>

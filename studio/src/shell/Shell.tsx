@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { Suspense, useEffect } from "react";
 import { Empty } from "../design/parts";
+import { tr } from "../language/text";
 import { useAxis } from "./axis";
 import { Boundary } from "./Boundary";
 import { SourceContext, useLive, useWatched } from "./context";
@@ -19,26 +21,26 @@ export function Shell() {
   const view = views.find((one) => one.name === route.view);
   useCutOffWarning();
   useEffect(() => {
-    document.title = `${view?.title ?? "Not found"} · OpenGPAC studio`;
+    document.title = tr("shell.openGPACStudio2", { part: view?.title ?? tr("shell.notFound") });
   }, [view]);
   const isHeard = useWatched(control.stream.connection) === "open";
   const Part = view?.part;
   return (
     <div className="shell" data-heard={isHeard || source.past !== null ? "yes" : "no"} data-panel={view?.alone ? "yes" : "no"}>
       <button type="button" className="skip" onClick={() => document.getElementById("main")?.focus()}>
-        To the view
+        {tr("shell.toTheView")}
       </button>
       <TopBar />
       {!view?.alone && <Navigation present={view?.name ?? ""} />}
       <main id="main" tabIndex={-1} aria-label={view?.title} data-view={view?.name}>
         <Boundary key={`${view?.name} ${source.version.run} ${source.version.system}`}>
-          <Suspense fallback={<p className="quiet wait">Loading…</p>}>
+          <Suspense fallback={<p className="quiet wait">{tr("shell.loading")}</p>}>
             {Part ? (
               <SourceContext value={source}>
                 <Part />
               </SourceContext>
             ) : (
-              <Empty title={`View '${route.view}' does not exist`}>Choose one of the views in the navigation.</Empty>
+              <Empty title={tr("shell.viewViewDoesNotExist", { view: route.view })}>{tr("shell.chooseOneOfTheViewsIn")}</Empty>
             )}
           </Suspense>
         </Boundary>

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shelving of alarms: hides an alarm from the list for a time, with a reason (ISA-18.2).
+
 import { useId, useState } from "react";
 import type { Alarm } from "../control/shapes";
 import type { Source } from "../control/source";
 import { worded } from "../control/wording";
 import { clockText } from "../design/numbers";
 import { Panel, Refusals, Tag } from "../design/parts";
+import { tr } from "../language/text";
 import { useAction } from "./context";
 
 /** Durations offered for shelving, min. */
@@ -22,11 +24,11 @@ export function Shelve(props: { of: Alarm; from: Source }) {
   const { of, from } = props;
   const [isOpen, setOpen] = useState(false);
   if (!from.may("operate") || !of.shelvable) return null;
-  const name = `${of.code}${of.source ? ` of ${of.source}` : ""}`;
+  const name = `${of.code}${of.source ? ` ${tr("shell.ofSource", { source: of.source })}` : ""}`;
   return (
     <>
-      <button type="button" aria-expanded={isOpen} aria-label={`Shelve ${name}…`} onClick={() => setOpen(!isOpen)}>
-        Shelve…
+      <button type="button" aria-expanded={isOpen} aria-label={tr("shell.shelveName", { name })} onClick={() => setOpen(!isOpen)}>
+        {tr("shell.shelve")}
       </button>
       {isOpen && <ShelveForm of={of} from={from} name={name} close={() => setOpen(false)} />}
     </>
@@ -42,7 +44,7 @@ function ShelveForm(props: { of: Alarm; from: Source; name: string; close: () =>
   return (
     <form
       className="shelve row"
-      aria-label={`Shelve ${name}`}
+      aria-label={tr("shell.shelveName2", { name })}
       data-commands
       onSubmit={(event) => {
         event.preventDefault();
@@ -50,9 +52,9 @@ function ShelveForm(props: { of: Alarm; from: Source; name: string; close: () =>
         void action.run(() => from.aside("shelve_alarm", asked).then(() => from.alarms.look())).then((done) => done && close());
       }}
     >
-      <label htmlFor={`${id}-reason`}>Reason</label>
+      <label htmlFor={`${id}-reason`}>{tr("shell.reason")}</label>
       <input id={`${id}-reason`} value={reason} required maxLength={400} onChange={(event) => setReason(event.target.value)} />
-      <label htmlFor={`${id}-time`}>for</label>
+      <label htmlFor={`${id}-time`}>{tr("shell.for")}</label>
       <select id={`${id}-time`} value={minutes} onChange={(event) => setMinutes(Number(event.target.value))}>
         {OFFERED.map(([given, text]) => (
           <option key={given} value={given}>
@@ -61,10 +63,10 @@ function ShelveForm(props: { of: Alarm; from: Source; name: string; close: () =>
         ))}
       </select>
       <button type="submit" disabled={action.busy || reason.trim() === ""}>
-        Shelve
+        {tr("shell.shelve2")}
       </button>
       <button type="button" className="plain" onClick={close}>
-        Cancel
+        {tr("shell.cancel")}
       </button>
       <Refusals of={action.refusals} />
     </form>
@@ -83,13 +85,13 @@ export function ShelvedAlarms(props: { of: readonly Alarm[]; from: Source; now_s
   const { of, from, now_s } = props;
   if (of.length === 0) return null;
   return (
-    <Panel title="Shelved alarms" end={<Tag tone="plain">{of.length}</Tag>}>
+    <Panel title={tr("shell.shelvedAlarms")} end={<Tag tone="plain">{of.length}</Tag>}>
       <ul className="alarm-table">
         {of.map((alarm) => {
           const shelving = alarm.shelvings.at(-1);
           return (
             <li key={alarm.number} data-shelved={alarm.code}>
-              <Tag tone="plain">shelved</Tag>
+              <Tag tone="plain">{tr("shell.shelved")}</Tag>
               <strong>{alarm.code}</strong>
               <span className="said">
                 {alarm.source && `${alarm.source}: `}
@@ -103,7 +105,10 @@ export function ShelvedAlarms(props: { of: readonly Alarm[]; from: Source; now_s
               </span>
               {shelving && (
                 <span className="quiet small figures">
-                  {[`since ${clockText(shelving.wall_ns)}`, `${leftText(shelving.until_ns * 1e-9 - now_s)} left`].join(" · ")}
+                  {[
+                    tr("shell.sinceWallNs", { wall_ns: clockText(shelving.wall_ns) }),
+                    tr("shell.untilNsLeft", { until_ns: leftText(shelving.until_ns * 1e-9 - now_s) }),
+                  ].join(" · ")}
                 </span>
               )}
               <Unshelve of={alarm} from={from} />
@@ -125,10 +130,10 @@ function Unshelve(props: { of: Alarm; from: Source }) {
         type="button"
         data-commands
         disabled={action.busy}
-        aria-label={`Unshelve ${of.code}${of.source ? ` of ${of.source}` : ""}`}
+        aria-label={tr("shell.unshelveCode", { code: of.code, part: of.source ? ` ${tr("shell.ofSource", { source: of.source })}` : "" })}
         onClick={() => action.run(() => from.aside("unshelve_alarm", { number: of.number }).then(() => from.alarms.look()))}
       >
-        Unshelve
+        {tr("shell.unshelve")}
       </button>
       <Refusals of={action.refusals} />
     </>

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { tr } from "../language/text";
 import { useWatched } from "./context";
 import { setTheme, type Theme, theme } from "./theme";
 
@@ -6,11 +7,12 @@ export function ThemeSwitch() {
   const now = useWatched(theme);
   return (
     <label className="theme">
-      <span className="quiet small">Colours</span>
-      <select aria-label="Colours" value={now} onChange={(event) => setTheme(event.target.value as Theme)}>
-        <option value="system">automatic</option>
-        <option value="light">light</option>
-        <option value="dark">dark</option>
+      <span className="quiet small">{tr("shell.colours")}</span>
+      <select aria-label={tr("shell.colours")} value={now} onChange={(event) => setTheme(event.target.value as Theme)}>
+        <option value="system">{tr("shell.automatic")}</option>
+        <option value="light">{tr("shell.light")}</option>
+        <option value="dark">{tr("shell.dark")}</option>
+        <option value="contrast">{tr("shell.highContrast")}</option>
       </select>
     </label>
   );

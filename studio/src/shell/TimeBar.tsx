@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useId } from "react";
 import type { Recording } from "../control/recorded/recording";
 import type { Differs } from "../control/source";
 import { seconds } from "../design/numbers";
 import { Refusals, Tag } from "../design/parts";
+import { tr, trWord } from "../language/text";
 import { foremost } from "./AlarmBar";
 import { type Axis, useAxis } from "./axis";
 import { useAction, useLive, useWatched } from "./context";
@@ -23,16 +25,17 @@ export function TimeBar() {
   if (recording) return <Recorded key={recording.name} axis={axis} of={recording} />;
   const isStill = source !== axis.live;
   return (
-    <section className={`time-bar ${isStill ? "still" : ""}`} aria-label="Time">
+    <section className={`time-bar ${isStill ? "still" : ""}`} aria-label={tr("shell.time")}>
       <button type="button" aria-pressed={isStill} onClick={() => (isStill ? axis.goLive() : axis.pause())}>
-        {isStill ? "Live" : "Pause page"}
+        {isStill ? tr("shell.live") : tr("shell.pausePage")}
       </button>
       {isStill ? (
         <span role="status">
-          <strong>Paused</strong> at <PausedAt /> <span className="quiet">the display is frozen; the system continues</span>
+          <strong>{tr("shell.paused")}</strong> {tr("shell.at")} <PausedAt />{" "}
+          <span className="quiet">{tr("shell.theDisplayIsFrozenTheSystem")}</span>
         </span>
       ) : (
-        <span className="quiet small">The page follows the system</span>
+        <span className="quiet small">{tr("shell.thePageFollowsTheSystem")}</span>
       )}
       {!isStill && live.version.clock === "virtual" && live.may("operate") && <VirtualClock />}
     </section>
@@ -58,27 +61,32 @@ function Recorded(props: { axis: Axis; of: Recording }) {
   const step = (back: boolean) => action.run(() => of.step(back));
   const moved = (cursor - of.begins_ns) / 1e9;
   return (
-    <section className="time-bar recorded" aria-label="Time" data-cursor={cursor} data-shown={shown}>
-      <button type="button" className="primary" onClick={() => axis.goLive()} title={`Return to the running system ${live.version.system}`}>
-        Live
+    <section className="time-bar recorded" aria-label={tr("shell.time")} data-cursor={cursor} data-shown={shown}>
+      <button
+        type="button"
+        className="primary"
+        onClick={() => axis.goLive()}
+        title={tr("shell.returnToTheRunningSystemSystem", { system: live.version.system })}
+      >
+        {tr("shell.live")}
       </button>
       <span className="what" title={of.name}>
-        <Tag tone="accent">recording</Tag> <strong>{of.name}</strong>
+        <Tag tone="accent">{tr("shell.recording")}</Tag> <strong>{of.name}</strong>
       </span>
       <span className="row steps">
-        <Steps name="log entry" back={() => of.toEntry(true)} on={() => of.toEntry(false)} marks={["|◀", "▶|"]} />
+        <Steps name={tr("shell.logEntry")} back={() => of.toEntry(true)} on={() => of.toEntry(false)} marks={["|◀", "▶|"]} />
         <Steps
-          name="condition"
+          name={tr("shell.condition2")}
           back={() => of.toEntry(true, (entry) => entry.kind === "condition")}
           on={() => of.toEntry(false, (entry) => entry.kind === "condition")}
           marks={["◀◆", "◆▶"]}
         />
-        <Steps name="firing" back={() => void step(true)} on={() => void step(false)} marks={["◀", "▶"]} />
+        <Steps name={tr("shell.firing")} back={() => void step(true)} on={() => void step(false)} marks={["◀", "▶"]} />
       </span>
       <button type="button" aria-pressed={playing !== null} onClick={() => axis.play(playing === null ? 1 : null)}>
-        {playing === null ? "Play" : "Stop"}
+        {playing === null ? tr("shell.play") : tr("shell.stop")}
       </button>
-      <select aria-label="Rate" value={playing ?? 1} onChange={(event) => axis.play(Number(event.target.value))}>
+      <select aria-label={tr("shell.rate")} value={playing ?? 1} onChange={(event) => axis.play(Number(event.target.value))}>
         {RATES.map((rate) => (
           <option key={rate} value={rate}>
             {rate} ×
@@ -86,7 +94,7 @@ function Recorded(props: { axis: Axis; of: Recording }) {
         ))}
       </select>
       <label className="unseen" htmlFor={slider}>
-        Time in the recording
+        {tr("shell.timeInTheRecording")}
       </label>
       <span className="slide">
         <input
@@ -100,7 +108,11 @@ function Recorded(props: { axis: Axis; of: Recording }) {
         />
         {differs && <Mark part={(differs.time_ns - of.begins_ns) / span} differs={differs} />}
       </span>
-      <span className="figures time" data-testid="cursor" title={`${moved.toFixed(9)} s after the start; ${of.about.clock} clock`}>
+      <span
+        className="figures time"
+        data-testid="cursor"
+        title={tr("shell.movedSAfterTheStartClock", { moved: moved.toFixed(9), clock: trWord(of.about.clock) })}
+      >
         {(cursor / 1e9).toFixed(6)} s
       </span>
       <Replay of={of} />
@@ -118,7 +130,7 @@ function Mark(props: { part: number; differs: Differs }) {
     <span
       className="mark"
       style={{ left }}
-      title={`First difference: ${signal ?? ""} recorded ${recorded}, now ${replayed}`}
+      title={tr("shell.firstDifferenceRecordedRecordedNowReplayed", { part: signal ?? "", recorded, replayed })}
       data-testid="difference"
     />
   );
@@ -127,10 +139,20 @@ function Mark(props: { part: number; differs: Differs }) {
 function Steps(props: { name: string; back: () => void; on: () => void; marks: [string, string] }) {
   return (
     <span className="pair">
-      <button type="button" aria-label={`Previous ${props.name}`} title={`To the previous ${props.name}`} onClick={props.back}>
+      <button
+        type="button"
+        aria-label={tr("shell.previousName", { name: props.name })}
+        title={tr("shell.toThePreviousName", { name: props.name })}
+        onClick={props.back}
+      >
         {props.marks[0]}
       </button>
-      <button type="button" aria-label={`Next ${props.name}`} title={`To the next ${props.name}`} onClick={props.on}>
+      <button
+        type="button"
+        aria-label={tr("shell.nextName", { name: props.name })}
+        title={tr("shell.toTheNextName", { name: props.name })}
+        onClick={props.on}
+      >
         {props.marks[1]}
       </button>
     </span>
@@ -143,9 +165,9 @@ function Alarms(props: { of: Recording }) {
   const first = foremost(alarms);
   if (!first) return null;
   return (
-    <span className="then" role="status" aria-label="Alarms at the cursor">
-      <Tag tone={first.active ? "bad" : "warn"}>{first.severity}</Tag> <strong>{first.code}</strong> {first.text}
-      {alarms.length > 1 && <span className="quiet"> and {alarms.length - 1} more</span>}
+    <span className="then" role="status" aria-label={tr("shell.alarmsAtTheCursor")}>
+      <Tag tone={first.active ? "bad" : "warn"}>{trWord(first.severity)}</Tag> <strong>{first.code}</strong> {first.text}
+      {alarms.length > 1 && <span className="quiet"> {tr("shell.andCountMore", { count: alarms.length - 1 })}</span>}
     </span>
   );
 }

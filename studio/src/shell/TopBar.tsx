@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useState } from "react";
 import type { Statistics } from "../control/shapes";
 import { seconds } from "../design/numbers";
 import { Refusals, Tag } from "../design/parts";
+import { tr, trWord } from "../language/text";
 import { ageText } from "../live/Age";
 import { AlarmBar } from "./AlarmBar";
 import { CommandHolder, commanderOf } from "./CommandHolder";
@@ -33,19 +35,19 @@ export function TopBar() {
         <div className={`who ${control.may("operate") ? "beside" : ""}`}>
           <h1 title={control.version.system}>{control.version.system}</h1>
           <Heard />
-          <span className="quiet clock" title={`${control.version.clock} clock`}>
-            {control.version.clock === "virtual" ? "virtual " : ""}
+          <span className="quiet clock" title={tr("shell.clockClock", { clock: trWord(control.version.clock) })}>
+            {control.version.clock === "virtual" ? `${tr("shell.virtual")} ` : ""}
             <span className="figures">{now ? seconds(now.now_s) : "–"}</span>
           </span>
           <Summary now={now} />
           <button
             type="button"
             className="fold"
-            aria-label={`${isUnfolded ? "Less" : "More"}: command, mode and clock`}
+            aria-label={tr("shell.commandModeAndClock", { part: isUnfolded ? tr("shell.less") : tr("shell.more") })}
             aria-expanded={isUnfolded}
             onClick={() => setUnfolded(!isUnfolded)}
           >
-            {isUnfolded ? "Less" : "More"}
+            {isUnfolded ? tr("shell.less") : tr("shell.more")}
           </button>
         </div>
         <CommandHolder now={now} />
@@ -76,16 +78,23 @@ function Summary(props: { now: Statistics | null }) {
   const isPaused = now?.paused === true || (Array.isArray(now?.paused) && now.paused.length > 0);
   const mode = now?.mode ?? "automatic";
   const commander = commanderOf(holder, person ?? null, name, now);
-  const said = [isPaused && "paused", mode !== "automatic" && mode, `${commander} commands`].filter(Boolean);
+  const said = [isPaused && tr("shell.paused2"), mode !== "automatic" && trWord(mode), tr("shell.commanderCommands", { commander })].filter(
+    Boolean,
+  );
   return <span className="summary small quiet">{said.join(" · ")}</span>;
 }
 
-const SAID = { connecting: "connecting", silent: "offline", broken: "offline", out: "access denied" };
+const SAID = {
+  connecting: tr("shell.connecting2"),
+  silent: tr("shell.offline"),
+  broken: tr("shell.offline"),
+  out: tr("shell.accessDenied"),
+};
 
 function Heard() {
   const control = useLive();
   const connection = useWatched(control.stream.connection);
-  if (connection === "open") return <Tag tone="good">live</Tag>;
+  if (connection === "open") return <Tag tone="good">{tr("shell.live2")}</Tag>;
   return <Tag tone={connection === "connecting" ? "plain" : "bad"}>{SAID[connection]}</Tag>;
 }
 
@@ -98,17 +107,16 @@ function Unheard() {
   if (connection === "out") {
     return (
       <div className="notice bad unheard" role="alert">
-        <strong>Access to the system was denied.</strong> The displayed values are outdated. Open the page with another token.
+        <strong>{tr("shell.accessToTheSystemWasDenied")}</strong> {tr("shell.theDisplayedValuesAreOutdatedOpen")}
       </div>
     );
   }
   if (!isLost) return null;
   return (
     <div className="notice bad unheard" role="alert">
-      <strong>No connection.</strong>{" "}
+      <strong>{tr("shell.noConnection")}</strong>{" "}
       <span>
-        Everything here is <span className="figures">{ageText(age_ms / 1000)}</span> old, and commands are not possible. The page reconnects
-        automatically.
+        {tr("shell.everythingHereIs")} <span className="figures">{ageText(age_ms / 1000)}</span> {tr("shell.oldAndCommandsAreNotPossible")}
       </span>
     </div>
   );
@@ -122,9 +130,9 @@ function Restarted() {
   if (restarts === known) return null;
   return (
     <div className="notice warn" role="status">
-      <strong>The system was restarted.</strong> Earlier log entries are marked as such; instances of the earlier run no longer exist.
+      <strong>{tr("shell.theSystemWasRestarted")}</strong> {tr("shell.earlierLogEntriesAreMarkedAs")}
       <button type="button" onClick={() => setKnown(restarts)}>
-        Dismiss
+        {tr("shell.dismiss")}
       </button>
     </div>
   );

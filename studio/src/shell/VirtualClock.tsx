@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useRef, useState } from "react";
 import type { LogEntry } from "../control/shapes";
 import { seconds } from "../design/numbers";
 import { Refusals } from "../design/parts";
+import { tr } from "../language/text";
 import { useAction, useLive } from "./context";
 import { runAt, runUntil } from "./virtual";
 
@@ -35,15 +37,15 @@ export function VirtualClock() {
   const isBusy = moving !== null || action.busy;
   return (
     <fieldset className="row virtual" data-commands>
-      <legend className="unseen">Virtual clock</legend>
+      <legend className="unseen">{tr("shell.virtualClock")}</legend>
       <button
         type="button"
         aria-pressed={moving !== null}
         onClick={() => (moving ? moving.abort() : void move((signal) => runAt(live, () => present.current, signal)))}
       >
-        {moving ? "Hold clock" : "Run clock"}
+        {moving ? tr("shell.holdClock") : tr("shell.runClock")}
       </button>
-      <select aria-label="Rate of the clock" value={rate} onChange={(event) => setRate(Number(event.target.value))}>
+      <select aria-label={tr("shell.rateOfTheClock")} value={rate} onChange={(event) => setRate(Number(event.target.value))}>
         {RATES.map((one) => (
           <option key={one} value={one}>
             {one} ×
@@ -51,7 +53,7 @@ export function VirtualClock() {
         ))}
       </select>
       <button type="button" disabled={isBusy} onClick={() => void action.run(() => live.order("step", {}))}>
-        Next firing
+        {tr("shell.nextFiring")}
       </button>
       <form
         className="row"
@@ -62,23 +64,24 @@ export function VirtualClock() {
       >
         <input
           type="search"
-          aria-label="Condition"
-          placeholder="any condition"
+          aria-label={tr("shell.condition")}
+          placeholder={tr("shell.anyCondition")}
           value={words}
           onChange={(event) => setWords(event.target.value)}
         />
-        <button type="submit" disabled={isBusy} title="Run firing by firing until a verb reports it">
-          Run to condition
+        <button type="submit" disabled={isBusy} title={tr("shell.runFiringByFiringUntilA")}>
+          {tr("shell.runToCondition")}
         </button>
       </form>
       {found && (
         <span role="status" className="small">
           {found.entry ? (
             <>
-              <strong>{found.entry.about}</strong> {found.entry.text} at {seconds(found.entry.time_s)}
+              <strong>{found.entry.about}</strong>{" "}
+              {tr("shell.textAtTimeS", { text: found.entry.text, time_s: seconds(found.entry.time_s) })}
             </>
           ) : (
-            "no event is pending; start something first"
+            tr("shell.noEventIsPendingStartSomething")
           )}
         </span>
       )}

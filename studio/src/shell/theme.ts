@@ -1,30 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
 import { WatchedValue } from "../control/watched";
 
-/** Theme, set by the operating system or by the switch. */
-export type Theme = "system" | "light" | "dark";
+/** Theme, set by the operating system or by the switch. High contrast is light or dark as the operating system. */
+export type Theme = "system" | "light" | "dark" | "contrast";
 
+const THEMES: readonly string[] = ["light", "dark", "contrast"] satisfies Theme[];
 const KEY = "opengpac.theme";
+/** The operating system requests high contrast, or replaces the colours of pages. */
+const MORE = "(prefers-contrast: more), (forced-colors: active)";
 
 export const theme = new WatchedValue<Theme>(kept());
 
 function kept(): Theme {
-  const said = localStorage.getItem(KEY);
-  return said === "light" || said === "dark" ? said : "system";
+  const said = localStorage.getItem(KEY) ?? "";
+  return THEMES.includes(said) ? (said as Theme) : "system";
 }
 
+/** Shows the page in its theme, and follows changes of the operating system's settings. */
 export function applyTheme(): void {
-  const now = theme.get();
-  if (now === "system") {
-    delete document.documentElement.dataset.theme;
-    localStorage.removeItem(KEY);
-  } else {
-    document.documentElement.dataset.theme = now;
-    localStorage.setItem(KEY, now);
-  }
+  window.matchMedia(MORE).addEventListener("change", show);
+  show();
 }
 
 export function setTheme(next: Theme): void {
   theme.set(next);
-  applyTheme();
+  if (next === "system") localStorage.removeItem(KEY);
+  else localStorage.setItem(KEY, next);
+  show();
+}
+
+function show(): void {
+  const now = theme.get();
+  const { dataset } = document.documentElement;
+  if (now === "system") delete dataset.theme;
+  else dataset.theme = now;
+  const isMore = now === "contrast" || (now === "system" && window.matchMedia(MORE).matches);
+  if (isMore) dataset.contrast = "more";
+  else delete dataset.contrast;
 }

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { type ComponentType, type LazyExoticComponent, lazy } from "react";
+import { tr } from "../language/text";
 
 /** A view of the studio, loaded when it is first opened. */
 export interface View {
@@ -13,39 +15,60 @@ export interface View {
 }
 
 export const views: View[] = [
-  { name: "start", title: "Start", about: "overview, running instances, first steps", part: lazy(() => import("../views/start")) },
+  {
+    name: "start",
+    title: tr("shell.start"),
+    about: tr("shell.overviewRunningInstancesFirstSteps"),
+    part: lazy(() => import("../views/start")),
+  },
   {
     name: "system",
-    title: "System",
-    about: "processors, interrupt sources, load, jitter, rights",
+    title: tr("shell.system"),
+    about: tr("shell.processorsInterruptSourcesLoadJitterRights"),
     part: lazy(() => import("../views/system")),
   },
-  { name: "flow", title: "Data flow", about: "the installed graphs, with live values", part: lazy(() => import("../views/flow")) },
+  {
+    name: "flow",
+    title: tr("shell.dataFlow"),
+    about: tr("shell.theInstalledGraphsWithLiveValues"),
+    part: lazy(() => import("../views/flow")),
+  },
   {
     name: "verbs",
-    title: "Verbs",
-    about: "verbs and their instances: start, halt, transitions",
+    title: tr("shell.verbs"),
+    about: tr("shell.verbsAndTheirInstancesStartHalt"),
     part: lazy(() => import("../views/verbs")),
   },
   {
     name: "devices",
-    title: "Devices",
-    about: "logical and physical devices, the arm in 3-D",
+    title: tr("shell.devices"),
+    about: tr("shell.logicalAndPhysicalDevicesTheArm"),
     part: lazy(() => import("../views/devices")),
   },
-  { name: "scope", title: "Scope", about: "values at their full rate", part: lazy(() => import("../views/scope")) },
-  { name: "log", title: "Log", about: "conditions, faults, transitions, reports, commands", part: lazy(() => import("../views/log")) },
+  { name: "scope", title: tr("shell.scope"), about: tr("shell.valuesAtTheirFullRate"), part: lazy(() => import("../views/scope")) },
+  {
+    name: "log",
+    title: tr("shell.log"),
+    about: tr("shell.conditionsFaultsTransitionsReportsCommands"),
+    part: lazy(() => import("../views/log")),
+  },
   {
     name: "recordings",
-    title: "Recordings",
-    about: "record all values to a file",
+    title: tr("shell.recordings"),
+    about: tr("shell.recordAllValuesToAFile"),
     part: lazy(() => import("../views/recordings")),
   },
   {
     name: "workspaces",
-    title: "Workspaces",
-    about: "layouts of plots, values, machines, alarms and buttons",
+    title: tr("shell.workspaces"),
+    about: tr("shell.layoutsOfPlotsValuesMachinesAlarms"),
     part: lazy(() => import("../views/workspaces")),
   },
-  { name: "panel", title: "Panel", about: "a workspace for operators", alone: true, part: lazy(() => import("../views/panel")) },
+  {
+    name: "panel",
+    title: tr("shell.panel"),
+    about: tr("shell.aWorkspaceForOperators"),
+    alone: true,
+    part: lazy(() => import("../views/panel")),
+  },
 ];

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { tr } from "../../language/text";
 import type { Looks } from "../calls";
 import type { Control } from "../control";
 import { RefusalError, refusalsOf } from "../refusals";
@@ -113,7 +114,12 @@ export class Recording implements Source, Past {
   }
 
   get version(): Version {
-    return { ...this.#live.version, system: this.about.system, run: `recording ${this.name}`, clock: this.about.clock } as Version;
+    return {
+      ...this.#live.version,
+      system: this.about.system,
+      run: tr("control.recordingName", { name: this.name }),
+      clock: this.about.clock,
+    } as Version;
   }
 
   get stream() {
@@ -192,15 +198,15 @@ export class Recording implements Source, Past {
   }
 
   order(): Promise<never> {
-    return Promise.reject(notNow(`'${this.name}' is a recording and cannot be changed`));
+    return Promise.reject(notNow(tr("control.nameIsARecordingAndCannot", { name: this.name })));
   }
 
   aside(): Promise<never> {
-    return Promise.reject(notNow(`'${this.name}' is a recording and cannot be changed`));
+    return Promise.reject(notNow(tr("control.nameIsARecordingAndCannot", { name: this.name })));
   }
 
   stop(): Promise<never> {
-    return Promise.reject(notNow(`'${this.name}' is a recording and cannot be changed`));
+    return Promise.reject(notNow(tr("control.nameIsARecordingAndCannot", { name: this.name })));
   }
 
   async #answer(call: string, args: Record<string, unknown>): Promise<unknown> {
@@ -228,7 +234,7 @@ export class Recording implements Source, Past {
     const topic = `/geometry/${device}`;
     const { messages } = await this.#live.look("recorded_at", { path: this.name, time_ns: this.ends_ns, topics: [topic] });
     const found = messages[topic]?.message as Geometry | undefined;
-    if (!found) throw new RefusalError([{ class: "InvalidState", message: `the recording has no shape of device '${device}'` }], 0);
+    if (!found) throw new RefusalError([{ class: "InvalidState", message: tr("control.theRecordingHasNoShapeOf", { device }) }], 0);
     return onSvvs(
       found,
       this.#installed.flatMap((one) => one.message.instances),

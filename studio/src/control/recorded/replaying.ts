@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Replay of a recording by the system, in a separate process: its progress, and the first value that differs from the recorded one.
+import { tr } from "../../language/text";
 import type { Control } from "../control";
 import { type Refusal, refusalsOf } from "../refusals";
 import type { InstalledInstances, ReplayDifference, Replaying } from "../shapes";
@@ -80,7 +81,7 @@ export class ReplayRun {
 
   #over({ found, failure }: Replaying): void {
     if (!found) {
-      this.state.set({ kind: "failed", refusals: [{ class: "Replay", message: failure ?? "the replay has no result" }] });
+      this.state.set({ kind: "failed", refusals: [{ class: "Replay", message: failure ?? tr("control.theReplayHasNoResult") }] });
       return;
     }
     const { firings, message, difference, stopped, time_ns } = found;
@@ -92,8 +93,12 @@ export class ReplayRun {
 
 /** Converts a difference to the format that the page shows. The installed instances supply the names of private cells. */
 export function differsOf(found: ReplayDifference, installed: readonly InstalledInstances[]): Differs {
-  const when = `${found.between ? "after" : "in"} firing ${found.number} of source '${found.source}'`;
-  const which = found.block === "" ? "" : `block '${found.block}', output '${found.port}', `;
+  const when = tr("control.firingNumberOfSourceSource", {
+    part: found.between ? tr("control.after") : tr("control.in"),
+    number: found.number,
+    source: found.source,
+  });
+  const which = found.block === "" ? "" : `${tr("control.blockBlockOutputPort", { block: found.block, port: found.port })} `;
   return {
     time_ns: found.time_ns,
     where: `${which}${when}${found.how && `: ${found.how}`}`,

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { tr } from "../../language/text";
 import type { Refusal } from "../refusals";
 import type { Reading } from "../shapes";
 import type { Values, Watcher } from "../source";
@@ -61,5 +62,5 @@ export class RecordedValues implements Values {
 }
 
 export function notRecorded(name: string): Refusal[] {
-  return [{ class: "NotRecorded", message: `'${name}' is not in the recording` }];
+  return [{ class: "NotRecorded", message: tr("control.nameIsNotInTheRecording", { name }) }];
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import type { Configuration, Statistics } from "../../control/shapes";
 import { Coded, Panel, Refusals } from "../../design/parts";
+import { tr } from "../../language/text";
 import { Age } from "../../live/Age";
 import { forcedOf } from "../../live/forced";
 import { LiveValue } from "../../live/LiveValue";
@@ -32,7 +34,7 @@ export function DeviceDetail(props: { name: string; configuration: Configuration
       }
       end={
         <>
-          {floats.length > 0 && <a href={addressOf("scope", [], { names: floats.slice(0, 4).join(",") })}>Show in scope</a>}
+          {floats.length > 0 && <a href={addressOf("scope", [], { names: floats.slice(0, 4).join(",") })}>{tr("devices.showInScope")}</a>}
           {control.may("operate") && (
             <>
               <button
@@ -41,7 +43,7 @@ export function DeviceDetail(props: { name: string; configuration: Configuration
                 disabled={action.busy || (state !== "disabled" && state !== "fault")}
                 onClick={() => action.run(() => control.order("enable", { name }))}
               >
-                Enable
+                {tr("devices.enable")}
               </button>
               <button
                 type="button"
@@ -49,7 +51,7 @@ export function DeviceDetail(props: { name: string; configuration: Configuration
                 disabled={action.busy || state === "disabled"}
                 onClick={() => action.run(() => control.stop("disable", { name }))}
               >
-                Disable
+                {tr("devices.disable")}
               </button>
             </>
           )}
@@ -59,11 +61,13 @@ export function DeviceDetail(props: { name: string; configuration: Configuration
       <Refusals of={action.refusals} />
       <p className="quiet">
         <Coded of={type.doc.split(/\n\s*\n/)[0] ?? ""} />{" "}
-        {type.verb && <a href={addressOf("verbs", [type.verb, `${name}.${type.verb}`])}>Updated by {type.verb}</a>}
+        {type.verb && (
+          <a href={addressOf("verbs", [type.verb, `${name}.${type.verb}`])}>{tr("devices.updatedByVerb", { verb: type.verb })}</a>
+        )}
       </p>
       <div className="detail-columns">
         <div>
-          <h3>SVVs</h3>
+          <h3>{tr("devices.sVVs")}</h3>
           <table>
             <tbody>
               {svvs.map(([member, svv]) => {
@@ -71,10 +75,13 @@ export function DeviceDetail(props: { name: string; configuration: Configuration
                 return (
                   <tr key={member}>
                     <th scope="row">
-                      <a href={addressOf("scope", [], { names: full })} title={`${full}, ${svv.type_text}: show in scope`}>
+                      <a
+                        href={addressOf("scope", [], { names: full })}
+                        title={tr("devices.fullTypeTextShowInScope", { full, type_text: svv.type_text })}
+                      >
                         {member}
                       </a>
-                      {svv.shared && <span className="quiet"> (shared: {svv.shared})</span>}
+                      {svv.shared && <span className="quiet"> {tr("devices.sharedShared", { shared: svv.shared })}</span>}
                     </th>
                     <td className="number">
                       <LiveValue name={full} type_text={svv.type_text} unit={svv.unit} />

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import type { DeviceState, Statistics } from "../../control/shapes";
 import { forEach } from "../../control/together";
 import { Panel, Refusals, Tag, type Tone } from "../../design/parts";
+import { tr } from "../../language/text";
 import { Age } from "../../live/Age";
 import { forcedOf } from "../../live/forced";
 import { LiveValue } from "../../live/LiveValue";
@@ -48,7 +50,7 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
                 action.run(() => enable(of.devices.filter((_, index) => states[index] === "disabled" || states[index] === "fault")))
               }
             >
-              Enable all
+              {tr("devices.enableAll")}
             </button>
             <button
               type="button"
@@ -56,7 +58,7 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
               disabled={action.busy || states.every((state) => state === "disabled")}
               onClick={() => action.run(() => disable(of.devices.filter((_, index) => states[index] !== "disabled")))}
             >
-              Disable all
+              {tr("devices.disableAll")}
             </button>
           </>
         )
@@ -64,15 +66,15 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
       flush
     >
       <Refusals of={[...action.refusals, ...jog.refusals]} />
-      <div className="scroll-x" role="group" aria-label={`Devices of ${of.name}`} tabIndex={0}>
+      <div className="scroll-x" role="group" aria-label={tr("devices.devicesOfName", { name: of.name })} tabIndex={0}>
         <table className="family">
           <thead>
             <tr>
               <th scope="col">{of.type.name}</th>
-              {jog.able && <th scope="col">Jog</th>}
-              {sets && <th scope="col">Set</th>}
-              {forces && <th scope="col">Force</th>}
-              <th scope="col">State</th>
+              {jog.able && <th scope="col">{tr("devices.jog")}</th>}
+              {sets && <th scope="col">{tr("devices.set")}</th>}
+              {forces && <th scope="col">{tr("devices.force")}</th>}
+              <th scope="col">{tr("devices.state")}</th>
               {columns.map(([name, svv]) => (
                 <th key={name} scope="col" className="number">
                   {name}
@@ -101,8 +103,8 @@ export function Family(props: { of: DeviceFamily; now: Statistics; chosen: strin
                 )}
                 {forces && (
                   <td>
-                    <a href={addressOf("devices", [device])} aria-label={`Force… ${shortName(device)}`}>
-                      Force…
+                    <a href={addressOf("devices", [device])} aria-label={tr("devices.forceDevice", { device: shortName(device) })}>
+                      {tr("devices.force2")}
                     </a>
                   </td>
                 )}

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useState } from "react";
 import type { DeviceState, ForcedSignal, Value } from "../../control/shapes";
 import { valueText } from "../../design/numbers";
 import { Refusals, Tag } from "../../design/parts";
+import { tr } from "../../language/text";
 import { forceText } from "../../live/forced";
 import { useAction, useControl } from "../../shell/context";
 import { valueFrom, wrongText } from "../verbs/fields";
@@ -26,7 +28,7 @@ export function ForcedTag(props: { of: ForcedSignal | undefined }) {
   if (!props.of) return null;
   return (
     <Tag tone="warn" title={forceText(props.of)}>
-      forced {valueText(props.of.value)}
+      {tr("devices.forced", { value: valueText(props.of.value) })}
     </Tag>
   );
 }
@@ -45,13 +47,11 @@ export function Forcing(props: { device: string; type: string; state: DeviceStat
   const unread = wrongText(text, signal.type_text);
   const isAble = isRenewed(state) && !action.busy;
   return (
-    <section className="forcing" aria-label={`Forcing of ${device}`}>
-      <h3>Forcing</h3>
+    <section className="forcing" aria-label={tr("devices.forcingOfDevice", { device })}>
+      <h3>{tr("devices.forcing")}</h3>
       <p className="quiet">
-        {signal.output
-          ? "The machine gets this value, whatever the program commands. A disabled output stays safe."
-          : "The program gets this value, whatever the machine reports."}{" "}
-        The force ends with this page, with the device, and at an emergency stop; an alarm is active until then.
+        {signal.output ? tr("devices.theMachineGetsThisValueWhatever") : tr("devices.theProgramGetsThisValueWhatever")}{" "}
+        {tr("devices.theForceEndsWithThisPage")}
       </p>
       <div className="row" data-commands>
         {control.may("configure") &&
@@ -62,10 +62,10 @@ export function Forcing(props: { device: string; type: string; state: DeviceStat
                 type="button"
                 disabled={!isAble}
                 aria-pressed={forced?.value === to}
-                aria-label={`Force ${to ? "on" : "off"}: ${name}`}
+                aria-label={tr("devices.forceName", { part: to ? tr("devices.on") : tr("devices.off"), name })}
                 onClick={() => force(to)}
               >
-                Force {to ? "on" : "off"}
+                {tr("devices.force")} {to ? tr("devices.on") : tr("devices.off")}
               </button>
             ))
           ) : (
@@ -77,29 +77,35 @@ export function Forcing(props: { device: string; type: string; state: DeviceStat
               }}
             >
               <input
-                aria-label={`Value to force ${name} to`}
+                aria-label={tr("devices.valueToForceNameTo", { name })}
                 aria-invalid={unread !== null}
                 title={unread ?? undefined}
                 size={6}
                 value={text}
                 onChange={(event) => setText(event.target.value)}
               />
-              <button type="submit" aria-label={`Force ${name}`} disabled={!isAble || value === undefined || unread !== null}>
-                Force
+              <button
+                type="submit"
+                aria-label={tr("devices.forceName2", { name })}
+                disabled={!isAble || value === undefined || unread !== null}
+              >
+                {tr("devices.force")}
               </button>
             </form>
           ))}
         <button
           type="button"
-          aria-label={`Release ${name}`}
+          aria-label={tr("devices.releaseName", { name })}
           disabled={!forced || action.busy}
           onClick={() => action.run(() => control.order("unforce", { name: device }))}
         >
-          Release
+          {tr("devices.release")}
         </button>
       </div>
       {/* Below the buttons, so that its length moves none of them. */}
-      <p className={forced ? "" : "quiet"}>{forced ? forceText(forced) : isRenewed(state) ? "not forced" : "enable it first"}</p>
+      <p className={forced ? "" : "quiet"}>
+        {forced ? forceText(forced) : isRenewed(state) ? tr("devices.notForced") : tr("devices.enableItFirst")}
+      </p>
       <Refusals of={action.refusals} />
     </section>
   );

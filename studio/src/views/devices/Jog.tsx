@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useCallback, useEffect, useState } from "react";
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import { Refusals } from "../../design/parts";
+import { trNodes } from "../../language/nodes";
+import { tr } from "../../language/text";
 import { useAction, useControl } from "../../shell/context";
 import { type DeviceFamily, shortName } from "./families";
 import { BEAT, JOG } from "./jogging";
@@ -63,10 +66,10 @@ export function JogButtons(props: { of: JogState; device: string }) {
   const name = shortName(device);
   return (
     <span className="jog" data-commands>
-      <HeldButton label={`Jog ${name} backward while held`} press={() => of.press(device, -1)} release={of.release}>
+      <HeldButton label={tr("devices.jogNameBackwardWhileHeld", { name })} press={() => of.press(device, -1)} release={of.release}>
         −
       </HeldButton>
-      <HeldButton label={`Jog ${name} forward while held`} press={() => of.press(device, 1)} release={of.release}>
+      <HeldButton label={tr("devices.jogNameForwardWhileHeld", { name })} press={() => of.press(device, 1)} release={of.release}>
         +
       </HeldButton>
     </span>
@@ -81,10 +84,12 @@ export function JogTools(props: { of: JogState }) {
   if (of.missing === "verb") {
     return (
       <p className="jog-tools quiet">
-        Jogging needs the verb <code>jog</code> in this system: a program enters it with{" "}
-        <code>motion.jog.new_instance(arm, cell.svv("{BEAT}", int))</code>.{" "}
+        {trNodes("devices.joggingNeedsTheVerbCodeIn", {
+          code: <code>jog</code>,
+          code2: <code>motion.jog.new_instance(arm, cell.svv("{BEAT}", int))</code>,
+        })}{" "}
         <button type="button" onClick={of.look}>
-          Check again
+          {tr("devices.checkAgain")}
         </button>
       </p>
     );
@@ -92,7 +97,7 @@ export function JogTools(props: { of: JogState }) {
   if (of.missing === "heartbeat") {
     return (
       <div className="jog-tools quiet">
-        Jogging needs the SVV <code>{BEAT}</code>, into which this page writes while a button is held.{" "}
+        {trNodes("devices.joggingNeedsTheSVVCodeInto", { code: <code>{BEAT}</code> })}{" "}
         {control.may("configure") ? (
           <button
             type="button"
@@ -100,12 +105,10 @@ export function JogTools(props: { of: JogState }) {
             disabled={action.busy}
             onClick={() => action.run(() => control.order("svv", { name: BEAT, type_text: "int64_t" }).then(of.look))}
           >
-            Create
+            {tr("devices.create")}
           </button>
         ) : (
-          <>
-            A program creates it: <code>cell.svv("{BEAT}", int)</code>.
-          </>
+          trNodes("devices.aProgramCreatesItCode", { code: <code>cell.svv("{BEAT}", int)</code> })
         )}
         <Refusals of={action.refusals} />
       </div>
@@ -114,10 +117,10 @@ export function JogTools(props: { of: JogState }) {
   if (!of.able) return null;
   return (
     <label className="jog-tools row">
-      <span className="quiet">Jog speed</span>
+      <span className="quiet">{tr("devices.jogSpeed")}</span>
       <input type="range" min={5} max={100} step={5} value={of.share} onChange={(event) => of.setShare(Number(event.target.value))} />
       <span className="figures">{of.share} %</span>
-      <span className="quiet">of jog_speed; a joint moves while its button is held, and stops 0.25 s after the connection is lost</span>
+      <span className="quiet">{tr("devices.ofJogSpeedAJointMoves")}</span>
     </label>
   );
 }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useRef, useState } from "react";
 import { type Refusal, RefusalError, refusalsOf } from "../../control/refusals";
 import type { Geometry } from "../../control/shapes";
 import { Panel, Refusals } from "../../design/parts";
+import { tr } from "../../language/text";
 import { Age } from "../../live/Age";
 import { MOVE_MS } from "../../live/values";
 import { useControl } from "../../shell/context";
@@ -52,8 +54,8 @@ export default function Machine(props: { device: string; lost: string | null }) 
       setTrouble([
         {
           class: "Graphics",
-          message: `this browser cannot draw in 3-D: ${why instanceof Error ? why.message : why}`,
-          remedy: "enable WebGL",
+          message: tr("devices.thisBrowserCannotDrawIn3", { part: why instanceof Error ? why.message : String(why) }),
+          remedy: tr("devices.enableWebGL"),
         },
       ]);
       return;
@@ -107,7 +109,7 @@ export default function Machine(props: { device: string; lost: string | null }) 
   if (!geometry && trouble.length === 0) return null;
   return (
     <Panel
-      title={`Machine ${device}`}
+      title={tr("devices.machineDevice", { device })}
       end={(["front", "side", "top"] satisfies Viewpoint[]).map((from) => (
         <button key={from} type="button" className="plain" onClick={() => stage.current?.look(from)}>
           {from[0]?.toUpperCase()}
@@ -119,7 +121,7 @@ export default function Machine(props: { device: string; lost: string | null }) 
       <Refusals of={[...trouble, ...undrawn]} />
       {props.lost !== null && (
         <p className="stage-note wrong">
-          Lost: the last known position is shown. <Age of={geometry ? jointsOf(geometry) : []} />
+          {tr("devices.lostTheLastKnownPositionIs")} <Age of={geometry ? jointsOf(geometry) : []} />
         </p>
       )}
       <div
@@ -127,9 +129,9 @@ export default function Machine(props: { device: string; lost: string | null }) 
         data-placed={isPlaced ? "yes" : "no"}
         ref={place}
         role="img"
-        aria-label={`${device} at the displayed time; its joints are listed in the table of devices`}
+        aria-label={tr("devices.deviceAtTheDisplayedTimeIts", { device })}
       />
-      {geometry && !isPlaced && <p className="stage-note quiet small">Waiting for its position…</p>}
+      {geometry && !isPlaced && <p className="stage-note quiet small">{tr("devices.waitingForItsPosition")}</p>}
       {geometry && (
         <PathAndGhost
           of={geometry}
@@ -138,9 +140,7 @@ export default function Machine(props: { device: string; lost: string | null }) 
           isRecorded={control.past !== null}
         />
       )}
-      {still.length > 0 && (
-        <p className="stage-note quiet small">Drawn at the position in the model, because no position is reported: {still.join(", ")}</p>
-      )}
+      {still.length > 0 && <p className="stage-note quiet small">{tr("devices.drawnAtThePositionInThe", { still: still.join(", ") })}</p>}
     </Panel>
   );
 }

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useCallback, useEffect, useState } from "react";
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { DeviceType, Value } from "../../control/shapes";
 import { valueText } from "../../design/numbers";
 import { Refusals, Tag } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useAction, useControl } from "../../shell/context";
 import { valueFrom, wrongText } from "../verbs/fields";
 
@@ -31,14 +33,14 @@ export function Parameters(props: { device: string; type: DeviceType }) {
   if (names.length === 0) return null;
   return (
     <div>
-      <h3>Parameters</h3>
+      <h3>{tr("devices.parameters")}</h3>
       <Refusals of={refusals} />
       <table>
         <tbody>
           {Object.entries(type.parameters).map(([name, parameter]) => (
             <tr key={name}>
               <th scope="row">
-                {name} {parameter.tunable && <Tag title="changes running verbs immediately">tunable</Tag>}
+                {name} {parameter.tunable && <Tag title={tr("devices.changesRunningVerbsImmediately")}>{tr("devices.tunable")}</Tag>}
               </th>
               <td className="number">
                 {name in values ? valueText(values[name]) : "–"}
@@ -85,18 +87,18 @@ function SetParameter(props: { device: string; name: string; isTruth: boolean; t
       }}
     >
       <input
-        aria-label={`New value of ${props.name}`}
+        aria-label={tr("devices.newValueOfName", { name: props.name })}
         size={7}
         value={text}
-        placeholder={props.isTruth ? "true or false" : ""}
+        placeholder={props.isTruth ? tr("devices.trueOrFalse") : ""}
         onChange={(event) => setText(event.target.value)}
       />
       <button
         type="submit"
         disabled={action.busy || value === undefined || wrong !== null}
-        title={props.tunable ? "immediately" : "from the next time it is enabled"}
+        title={props.tunable ? tr("devices.immediately") : tr("devices.fromTheNextTimeItIs")}
       >
-        Set
+        {tr("devices.set")}
       </button>
       {wrong && (
         <p className="wrong" role="alert">

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import type { Geometry } from "../../control/shapes";
 import { Choice } from "../../design/Choice";
+import { tr } from "../../language/text";
 import { AIMS, type Aim } from "./ghost";
 
 /** Objects drawn in addition to the machine. */
@@ -21,54 +23,55 @@ const FORCES_N = [1, 10, 100, 1000];
 export function PathAndGhost(props: { of: Geometry; drawn: DrawnObjects; put: (drawn: DrawnObjects) => void; isRecorded: boolean }) {
   const { of, drawn, put } = props;
   return (
-    <div className="row stage-tools" role="group" aria-label="Drawn with the machine">
+    <div className="row stage-tools" role="group" aria-label={tr("devices.drawnWithTheMachine")}>
       <Choice
-        label="Path"
+        label={tr("devices.path")}
         value={String(drawn.path_s)}
-        title={props.isRecorded ? "Length of the path before the cursor, and fainter after it" : "Length of the past path"}
+        title={props.isRecorded ? tr("devices.lengthOfThePathBeforeThe") : tr("devices.lengthOfThePastPath")}
         put={(path) => put({ ...drawn, path_s: Number(path) })}
       >
         {SPANS_S.map((span) => (
           <option key={span} value={span}>
-            {span === 0 ? "none" : `${span} s`}
+            {span === 0 ? tr("devices.none") : `${span} s`}
           </option>
         ))}
       </Choice>
       {drawn.path_s > 0 && (
-        <Choice label="of" value={drawn.body ?? ""} put={(body) => put({ ...drawn, body })}>
+        <Choice label={tr("devices.of")} value={drawn.body ?? ""} put={(body) => put({ ...drawn, body })}>
           {of.bodies.slice(1).map(({ name }) => (
             <option key={name}>{name}</option>
           ))}
         </Choice>
       )}
       <Choice
-        label="Ghost"
+        label={tr("devices.ghost")}
         value={drawn.ghost ?? ""}
-        title="The machine at the commanded position of its joints"
+        title={tr("devices.theMachineAtTheCommandedPosition")}
         put={(ghost) => put({ ...drawn, ghost: AIMS.find((aim) => aim === ghost) ?? null })}
       >
-        <option value="">none</option>
+        <option value="">{tr("devices.none")}</option>
         {AIMS.map((aim) => (
           <option key={aim}>{aim}</option>
         ))}
       </Choice>
       {of.contacts && (
         <Choice
-          label="Forces"
+          label={tr("devices.forces")}
           value={String(drawn.force_N ?? "")}
-          title="Arrows at contacts, along the force of the first shape on the second; this number of newtons is drawn as 10 cm"
+          title={tr("devices.arrowsAtContactsAlongTheForce")}
           put={(force) => put({ ...drawn, force_N: force === "" ? null : Number(force) })}
         >
-          <option value="">none</option>
+          <option value="">{tr("devices.none")}</option>
           {FORCES_N.map((force) => (
             <option key={force} value={force}>
-              {force} N as 10 cm
+              {tr("devices.forceNAs10Cm", { force })}
             </option>
           ))}
         </Choice>
       )}
       <label>
-        <input type="checkbox" checked={drawn.frames} onChange={(event) => put({ ...drawn, frames: event.target.checked })} /> frames
+        <input type="checkbox" checked={drawn.frames} onChange={(event) => put({ ...drawn, frames: event.target.checked })} />{" "}
+        {tr("devices.frames")}
       </label>
     </div>
   );

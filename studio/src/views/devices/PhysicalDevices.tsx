@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import type { Configuration, PhysicalDevice, PhysicalDeviceStatistics, Statistics } from "../../control/shapes";
 import { count, duration, withUnit } from "../../design/numbers";
 import { Panel, Tag } from "../../design/parts";
+import { tr } from "../../language/text";
 import { LiveValue } from "../../live/LiveValue";
 import { Services } from "./Services";
 
@@ -12,31 +14,33 @@ export function PhysicalDevices(props: { configuration: Configuration; now: Stat
     return (
       <Panel
         key={name}
-        title={`Physical device ${name}`}
+        title={tr("devices.physicalDeviceName", { name })}
         className={state?.lost ? "old" : ""}
         end={
           <>
-            {state && state.slew_limited > 0 && <Tag tone="warn">{state.slew_limited} writes slew-limited</Tag>}
-            {state?.lost ? <Tag tone="bad">lost</Tag> : <Tag tone="good">connected</Tag>}
-            <span className="quiet">exchanged by {device.source}</span>
+            {state && state.slew_limited > 0 && (
+              <Tag tone="warn">{tr("devices.slewLimitedWritesSlewLimited", { slew_limited: state.slew_limited })}</Tag>
+            )}
+            {state?.lost ? <Tag tone="bad">{tr("devices.lost")}</Tag> : <Tag tone="good">{tr("devices.connected")}</Tag>}
+            <span className="quiet">{tr("devices.exchangedBySource", { source: device.source })}</span>
           </>
         }
       >
-        {state?.lost && <p className="wrong">Lost: {state.lost}. The values shown are from that time.</p>}
+        {state?.lost && <p className="wrong">{tr("devices.lostLostTheValuesShownAre", { lost: state.lost })}</p>}
         <Driver of={device} />
         <Counters of={device} state={state} />
         <Services device={name} of={device.services ?? []} />
         <details>
-          <summary>{device.channels.length} channels</summary>
-          <div className="channels scroll-x" role="group" aria-label={`Channels of ${name}`} tabIndex={0}>
+          <summary>{tr("devices.countChannels", { count: device.channels.length })}</summary>
+          <div className="channels scroll-x" role="group" aria-label={tr("devices.channelsOfName", { name })} tabIndex={0}>
             <table>
               <thead>
                 <tr>
-                  <th scope="col">Channel</th>
-                  <th scope="col">Direction</th>
-                  <th scope="col">Type</th>
+                  <th scope="col">{tr("devices.channel")}</th>
+                  <th scope="col">{tr("devices.direction")}</th>
+                  <th scope="col">{tr("devices.type")}</th>
                   <th scope="col" className="number">
-                    Value
+                    {tr("devices.value")}
                   </th>
                 </tr>
               </thead>
@@ -44,7 +48,7 @@ export function PhysicalDevices(props: { configuration: Configuration; now: Stat
                 {device.channels.map((channel) => (
                   <tr key={channel.name}>
                     <th scope="row">{channel.name}</th>
-                    <td>{channel.write ? "write" : "read"}</td>
+                    <td>{channel.write ? tr("devices.write") : tr("devices.read")}</td>
                     <td>{channel.type_text}</td>
                     <td className="number">
                       <LiveValue name={`${name}.${channel.name}`} type_text={channel.type_text} unit={channel.unit} />
@@ -64,10 +68,14 @@ export function PhysicalDevices(props: { configuration: Configuration; now: Stat
 function Driver(props: { of: PhysicalDevice }) {
   const { class: where, safe_state, unguarded_why, watchdog_ns } = props.of;
   const said = [
-    where && `driver ${where}`,
+    where && tr("devices.driverWhere", { where }),
     safe_state &&
-      `safe state: ${safe_state.doc}, by ${safe_state.by.join(", ")}${safe_state.within_ns > 0 ? ` within ${duration(safe_state.within_ns)}` : ""}`,
-    watchdog_ns && `watchdog of the device: ${duration(watchdog_ns)}`,
+      tr("devices.safeStateDocByBy", {
+        doc: safe_state.doc,
+        by: safe_state.by.join(", "),
+        part: safe_state.within_ns > 0 ? ` ${tr("devices.withinWithinNs", { within_ns: duration(safe_state.within_ns) })}` : "",
+      }),
+    watchdog_ns && tr("devices.watchdogOfTheDeviceWatchdogNs", { watchdog_ns: duration(watchdog_ns) }),
   ].filter(Boolean);
   return (
     <>
@@ -82,7 +90,7 @@ function Counters(props: { of: PhysicalDevice; state: PhysicalDeviceStatistics |
   const counters = props.of.counters ?? [];
   if (counters.length === 0) return null;
   return (
-    <dl className="counters" aria-label="Counters of the driver">
+    <dl className="counters" aria-label={tr("devices.countersOfTheDriver")}>
       {counters.map(({ name, unit, doc }) => {
         const value = props.state?.counters[name];
         return (

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useState } from "react";
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { ArmDescription, ChainDescription, Statistics, TaughtPoint, TaughtPoints } from "../../control/shapes";
 import { Choice } from "../../design/Choice";
 import { Name, Panel, Refusals } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useControl } from "../../shell/context";
 import { isRenewed } from "./families";
 import { goalOf, JOINTS, motionTo, taughtAt, toldOfMotion, type Way, WORLD } from "./points";
@@ -11,7 +13,7 @@ import { notEnabled } from "./toolJog";
 import { type PointsOfArm, usePoints } from "./usePoints";
 import { useVerb } from "./useVerb";
 
-const NO_FILE = "No file of taught points is open for this arm. A program opens one with gpac.Points(path, arm).";
+const NO_FILE = tr("devices.noFileOfTaughtPointsIs");
 
 /** Taught points of an arm, in the file that its program also uses: teaches, approaches, renames and deletes them. */
 export function PointsPanel(props: { of: ArmDescription; chain: ChainDescription; now: Statistics }) {
@@ -23,10 +25,12 @@ export function PointsPanel(props: { of: ArmDescription; chain: ChainDescription
   const point = points?.points.find((one) => one.name === chosen) ?? null;
   const isUnnamed = trouble.some((one) => one.class === "UnknownName");
   return (
-    <Panel title={`Points of ${arm.name}`} className="points">
+    <Panel title={tr("devices.pointsOfName", { name: arm.name })} className="points">
       {!isUnnamed && <Refusals of={trouble} />}
       {!points && (
-        <p className="quiet">{isUnnamed ? NO_FILE : trouble.length > 0 ? "The file of points cannot be used." : "Reading the points…"}</p>
+        <p className="quiet">
+          {isUnnamed ? NO_FILE : trouble.length > 0 ? tr("devices.theFileOfPointsCannotBe") : tr("devices.readingThePoints")}
+        </p>
       )}
       {points && (
         <>
@@ -35,7 +39,8 @@ export function PointsPanel(props: { of: ArmDescription; chain: ChainDescription
             <PointTools arm={arm} chain={chain} now={now} known={known} points={points} point={point} choose={setChosen} />
           )}
           <p className="quiet small">
-            in <Name of={points.file} />, which programs and other users may also change
+            {tr("devices.in")} <Name of={points.file} />
+            {tr("devices.whichProgramsAndOtherUsersMay")}
           </p>
         </>
       )}
@@ -53,17 +58,17 @@ function PointList(props: {
 }) {
   const { of: points, chain } = props;
   return (
-    <div className="point-list" role="group" aria-label={`Taught points of ${props.arm}`} tabIndex={0}>
+    <div className="point-list" role="group" aria-label={tr("devices.taughtPointsOfArm", { arm: props.arm })} tabIndex={0}>
       <table>
         <thead>
           <tr>
-            <th scope="col">Point</th>
-            <th scope="col">Frame</th>
-            <th scope="col">Tool</th>
+            <th scope="col">{tr("devices.point")}</th>
+            <th scope="col">{tr("devices.frame")}</th>
+            <th scope="col">{tr("devices.tool")}</th>
             <th scope="col" className="number">
-              X, Y, Z mm
+              {tr("devices.xYZMm")}
             </th>
-            <th scope="col">Note</th>
+            <th scope="col">{tr("devices.note")}</th>
           </tr>
         </thead>
         <tbody>
@@ -81,16 +86,14 @@ function PointList(props: {
                 </label>
               </th>
               <td>{point.frame}</td>
-              <td>{point.frame === JOINTS ? "–" : (point.tool ?? "of the arm")}</td>
+              <td>{point.frame === JOINTS ? "–" : (point.tool ?? tr("devices.ofTheArm"))}</td>
               <td className="number">{placeText(goalOf(points, point, chain)?.pose.place)}</td>
               <td>{point.note}</td>
             </tr>
           ))}
         </tbody>
       </table>
-      {points.points.length === 0 && (
-        <p className="quiet">No points taught yet. Jog the arm to a position, enter a name below, and press Teach.</p>
-      )}
+      {points.points.length === 0 && <p className="quiet">{tr("devices.noPointsTaughtYetJogThe")}</p>}
     </div>
   );
 }
@@ -145,12 +148,12 @@ function PointTools(props: {
     say("");
     motions.begin(point.name, { ...asked, arguments: { arm: { devices: arm.joints } } }, (report) => {
       const wrong = toldOfMotion(arm, point.name, report);
-      setTold({ text: wrong ? "" : `The arm is at '${point.name}'.`, wrong: wrong ? [wrong] : [] });
+      setTold({ text: wrong ? "" : tr("devices.theArmIsAtName", { name: point.name }), wrong: wrong ? [wrong] : [] });
     });
   };
   const teach = () => {
     if (asleep.length > 0) return say("", [notEnabled(asleep)]);
-    void change(`'${name.trim()}' was taught at the present position.`, async () => {
+    void change(tr("devices.nameWasTaughtAtThePresent", { name: name.trim() }), async () => {
       const names = arm.joints.map((joint) => `${joint}.sensed`);
       const { values } = await control.look("read", { names });
       const q = names.map((one) => Number(values[one]?.value));
@@ -162,16 +165,16 @@ function PointTools(props: {
     });
   };
   const rename = (from: TaughtPoint) =>
-    void change(`'${from.name}' was renamed '${name.trim()}'.`, async () => {
+    void change(tr("devices.nameWasRenamedName2", { name: from.name, name2: name.trim() }), async () => {
       await control.order("rename_point", { arm: arm.name, name: from.name, to: name.trim() });
       choose(name.trim());
     });
   const remove = (from: TaughtPoint) =>
-    void change(`'${from.name}' was deleted. Undo restores it.`, async () =>
+    void change(tr("devices.nameWasDeletedUndoRestoresIt", { name: from.name }), async () =>
       setDeleted(await control.order("delete_point", { arm: arm.name, name: from.name })),
     );
   const undo = (back: TaughtPoint) =>
-    void change(`'${back.name}' was restored.`, async () => {
+    void change(tr("devices.nameWasRestored", { name: back.name }), async () => {
       await control.order("teach_point", { arm: arm.name, point: back });
       setDeleted(null);
       choose(back.name);
@@ -180,23 +183,22 @@ function PointTools(props: {
   const isNamed = name.trim() !== "";
   const isThere = points.points.some((one) => one.name === name.trim());
   const moves = motions.under !== null;
-  const hint =
-    point === null ? "Select a point, or teach one." : goal === null ? "Its frame or its tool is not in the file." : goalHint(goal);
-  const said = motions.under ? `The arm moves to '${motions.under.about}'.` : told.text || "The arm is at rest.";
+  const hint = point === null ? tr("devices.selectAPointOrTeachOne") : goal === null ? tr("devices.itsFrameOrItsToolIs") : goalHint(goal);
+  const said = motions.under ? tr("devices.theArmMovesToAbout", { about: motions.under.about }) : told.text || tr("devices.theArmIsAtRest");
   return (
     <>
       <div className="row" data-commands>
         <button type="button" disabled={moves || !goal?.joints} onClick={() => go("joints")}>
-          Move joints
+          {tr("devices.moveJoints")}
         </button>
         <button type="button" disabled={moves || !goal} onClick={() => go("line")}>
-          Move in a line
+          {tr("devices.moveInALine")}
         </button>
         <button type="button" disabled={!moves} onClick={motions.stop}>
-          Stop
+          {tr("devices.stop")}
         </button>
         <label className="row">
-          <span className="quiet">Speed</span>
+          <span className="quiet">{tr("devices.speed")}</span>
           <input type="range" min={5} max={100} step={5} value={share} onChange={(event) => setShare(Number(event.target.value))} />
           <span className="figures point-speed">{share} %</span>
         </label>
@@ -204,36 +206,36 @@ function PointTools(props: {
       <p className="quiet point-told">{hint}</p>
       <form className="row" data-commands onSubmit={(event) => event.preventDefault()}>
         <label className="row">
-          <span className="quiet">Name</span>
+          <span className="quiet">{tr("devices.name")}</span>
           <input size={12} value={name} onChange={(event) => setName(event.target.value)} />
         </label>
-        <Choice label="Frame" value={frame} put={setFrame}>
-          <option value={JOINTS}>joints</option>
-          <option value={WORLD}>world</option>
+        <Choice label={tr("devices.frame")} value={frame} put={setFrame}>
+          <option value={JOINTS}>{tr("devices.joints")}</option>
+          <option value={WORLD}>{tr("devices.world")}</option>
           {points.frames.map((one) => (
             <option key={one.name}>{one.name}</option>
           ))}
         </Choice>
-        <Choice label="Tool" value={frame === JOINTS ? "" : tool} put={setTool}>
-          <option value="">of the arm</option>
+        <Choice label={tr("devices.tool")} value={frame === JOINTS ? "" : tool} put={setTool}>
+          <option value="">{tr("devices.ofTheArm")}</option>
           {frame !== JOINTS && points.tools.map((one) => <option key={one.name}>{one.name}</option>)}
         </Choice>
         <button type="button" className="teach" disabled={isBusy || !isNamed} onClick={teach}>
-          {isThere ? "Teach again" : "Teach"}
+          {isThere ? tr("devices.teachAgain") : tr("devices.teach")}
         </button>
       </form>
       <div className="row" data-commands>
         <button type="button" disabled={isBusy || !point || !isNamed || isThere} onClick={() => point && rename(point)}>
-          Rename
+          {tr("devices.rename")}
         </button>
         <button type="button" disabled={isBusy || !point} onClick={() => point && remove(point)}>
-          Delete
+          {tr("devices.delete")}
         </button>
         <button type="button" disabled={isBusy || !deleted} onClick={() => deleted && undo(deleted)}>
-          Undo
+          {tr("devices.undo")}
         </button>
       </div>
-      <p className="point-told quiet" role="status" aria-label={`State of the points of ${arm.name}`}>
+      <p className="point-told quiet" role="status" aria-label={tr("devices.stateOfThePointsOfName", { name: arm.name })}>
         {said}
       </p>
       <Refusals of={[...motions.refusals, ...told.wrong]} />
@@ -242,5 +244,5 @@ function PointTools(props: {
 }
 
 function goalHint(goal: { joints: number[] | null }): string {
-  return goal.joints ? "Go there, or choose another name." : "Its frame or tool has changed since it was taught: move in a line.";
+  return goal.joints ? tr("devices.goThereOrChooseAnotherName") : tr("devices.itsFrameOrToolHasChanged");
 }

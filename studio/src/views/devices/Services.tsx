@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useId, useState } from "react";
 import type { DriverOption, DriverService } from "../../control/shapes";
 import { Refusals } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useAction, useControl } from "../../shell/context";
 import { answerText, argumentsOfService } from "./services";
 
@@ -11,7 +13,7 @@ export function Services(props: { device: string; of: DriverService[] }) {
   return (
     <details>
       <summary>
-        {props.of.length === 1 ? "1 service" : `${props.of.length} services`}: {props.of.map((service) => service.name).join(", ")}
+        {tr("devices.countServices", { count: props.of.length })}: {props.of.map((service) => service.name).join(", ")}
       </summary>
       <ul className="services">
         {props.of.map((service) => (
@@ -44,7 +46,7 @@ function Service(props: { device: string; of: DriverService }) {
     <form
       className="service"
       data-commands
-      aria-label={`Service ${of.name} of ${device}`}
+      aria-label={tr("devices.serviceNameOfDevice", { name: of.name, device })}
       noValidate
       onSubmit={(event) => {
         event.preventDefault();
@@ -52,7 +54,7 @@ function Service(props: { device: string; of: DriverService }) {
       }}
     >
       <p>
-        <strong>{of.name}</strong> <span className="quiet">{of.moves ? `${of.doc}; moves the machine` : of.doc}</span>
+        <strong>{of.name}</strong> <span className="quiet">{of.moves ? tr("devices.docMovesTheMachine", { doc: of.doc }) : of.doc}</span>
       </p>
       {of.arguments.map((option) => (
         <Argument
@@ -67,12 +69,12 @@ function Service(props: { device: string; of: DriverService }) {
         <button
           type="submit"
           disabled={action.busy || !control.may("operate")}
-          title={control.may("operate") ? undefined : "needs the role 'operate'"}
+          title={control.may("operate") ? undefined : tr("devices.needsTheRoleOperate")}
         >
-          {action.busy ? "Calling…" : "Call"}
+          {action.busy ? tr("devices.calling") : tr("devices.call")}
         </button>
         {answer !== null && (
-          <output className="figures answer" aria-label={`Answer of ${of.name}`}>
+          <output className="figures answer" aria-label={tr("devices.answerOfName", { name: of.name })}>
             {answer}
           </output>
         )}
@@ -91,9 +93,9 @@ function Argument(props: { of: DriverOption; text: string; write: (text: string)
         <label htmlFor={id}>{of.name}</label>
         {of.kind === "bool" ? (
           <select id={id} value={text} aria-invalid={wrong !== undefined} onChange={(event) => write(event.target.value)}>
-            <option value="">{of.default === null ? "choose" : `default: ${of.default}`}</option>
-            <option>true</option>
-            <option>false</option>
+            <option value="">{of.default === null ? tr("devices.choose") : tr("devices.defaultDefault", { default: of.default })}</option>
+            <option>{tr("devices.true")}</option>
+            <option>{tr("devices.false")}</option>
           </select>
         ) : (
           <input

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useState } from "react";
 import type { Refusal } from "../../control/refusals";
 import type { DeviceState, Report, Value } from "../../control/shapes";
 import { Refusals } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useControl } from "../../shell/context";
 import { valueFrom, wrongText } from "../verbs/fields";
 import { type DeviceFamily, isRenewed, shortName } from "./families";
@@ -50,7 +52,7 @@ export function SetOutput(props: { device: string; type: string; state: DeviceSt
     setWrong(
       isRenewed(state)
         ? []
-        : [{ class: "NotEnabled", message: `'${device}' is not enabled, so nothing was changed.`, remedy: "press Enable all" }],
+        : [{ class: "NotEnabled", message: tr("devices.deviceIsNotEnabledSoNothing", { device }), remedy: tr("devices.pressEnableAll") }],
     );
     if (!isRenewed(state)) return;
     running.begin(device, { verb: sets.verb, arguments: { output: { device } }, values: { value } }, (report) =>
@@ -72,22 +74,27 @@ export function SetOutput(props: { device: string; type: string; state: DeviceSt
     >
       {isDigital ? (
         [false, true].map((to) => (
-          <button key={String(to)} type="button" aria-label={`Set ${name} ${to ? "on" : "off"}`} onClick={() => set(to)}>
-            {to ? "On" : "Off"}
+          <button
+            key={String(to)}
+            type="button"
+            aria-label={tr("devices.setName", { name, part: to ? tr("devices.on") : tr("devices.off") })}
+            onClick={() => set(to)}
+          >
+            {to ? tr("devices.on2") : tr("devices.off2")}
           </button>
         ))
       ) : (
         <>
           <input
-            aria-label={`New value of ${name}`}
+            aria-label={tr("devices.newValueOfName", { name })}
             aria-invalid={unread !== null}
             title={unread ?? undefined}
             size={6}
             value={text}
             onChange={(event) => setText(event.target.value)}
           />
-          <button type="submit" aria-label={`Set ${name}`} disabled={value === undefined || unread !== null}>
-            Set
+          <button type="submit" aria-label={tr("devices.setName2", { name })} disabled={value === undefined || unread !== null}>
+            {tr("devices.set")}
           </button>
         </>
       )}
@@ -99,5 +106,7 @@ export function SetOutput(props: { device: string; type: string; state: DeviceSt
 /** Returns the reason why an output was not set; an empty list if it was written. */
 function toldOfSetting(device: string, report: Report): Refusal[] {
   if (report.condition === "written") return [];
-  return [{ class: report.condition, message: report.message || `'${device}' was not set.`, remedy: "see the log" }];
+  return [
+    { class: report.condition, message: report.message || tr("devices.deviceWasNotSet", { device }), remedy: tr("devices.seeTheLog") },
+  ];
 }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useId, useRef, useState } from "react";
 import type { Refusal } from "../../control/refusals";
 import type { ArmDescription, ChainDescription, DeviceState, Statistics } from "../../control/shapes";
 import { Panel, Refusals } from "../../design/parts";
+import { tr } from "../../language/text";
 import { Age } from "../../live/Age";
 import { isStored } from "../../live/stored";
 import { useControl } from "../../shell/context";
@@ -37,7 +39,7 @@ export function ToolPanel(props: { of: ArmDescription; now: Statistics }) {
       className={`tool ${isFresh ? "" : "old"}`}
       title={
         <>
-          Tool of {arm.name} {!isFresh && <Age of={sensedOf(arm)} />}
+          {tr("devices.toolOfName", { name: arm.name })} {!isFresh && <Age of={sensedOf(arm)} />}
         </>
       }
     >
@@ -92,7 +94,7 @@ function PoseFigures(props: { of: ArmDescription; chain: ChainDescription }) {
     };
   }, [control, arm, chain]);
   return (
-    <dl className="pose live" ref={place} aria-label={`Pose of the tool of ${arm.name}`}>
+    <dl className="pose live" ref={place} aria-label={tr("devices.poseOfTheToolOfName", { name: arm.name })}>
       {TOOL_AXES.map((axis) => (
         <div key={axis}>
           <dt>{axis}</dt>
@@ -116,7 +118,7 @@ function ToolJogs(props: { of: ArmDescription; chain: ChainDescription; states: 
   const [told, setTold] = useState<{ text: string; wrong: Refusal[] }>({ text: "", wrong: [] });
   const held = useHeld((report) => {
     const wrong = toldOfEnd(arm, report);
-    setTold({ text: wrong ? "" : "Step completed.", wrong: wrong ? [wrong] : [] });
+    setTold({ text: wrong ? "" : tr("devices.stepCompleted"), wrong: wrong ? [wrong] : [] });
   });
   const isStepping = held.under?.isStep === true;
   const press = (axis: ToolAxis, direction: 1 | -1) => {
@@ -129,28 +131,28 @@ function ToolJogs(props: { of: ArmDescription; chain: ChainDescription; states: 
   };
   const isEnabled = states.every(isRenewed);
   const wrong = [...held.refusals, ...told.wrong];
-  const said = held.under ? (isStepping ? "Step in progress." : "The tool moves while the button is held.") : told.text;
+  const said = held.under ? (isStepping ? tr("devices.stepInProgress") : tr("devices.theToolMovesWhileTheButton")) : told.text;
   return (
     <>
       <div className="row tool-choices">
         <Segments
-          label="Axes of"
+          label={tr("devices.axesOf")}
           value={inTool ? "tool" : "base"}
           put={(value) => setInTool(value === "tool")}
           of={[
-            ["base", "base"],
-            ["tool", "tool"],
+            ["base", tr("devices.base")],
+            ["tool", tr("devices.tool2")],
           ]}
         />
         <Segments
-          label="Moves"
+          label={tr("devices.moves")}
           value={String(step)}
           put={(value) => setStep(STEPS.find((one) => String(one) === value) ?? 0)}
-          unit="mm or °"
-          of={STEPS.map((one) => [String(one), one === 0 ? "while held" : String(one)])}
+          unit={tr("devices.mmOrDegrees")}
+          of={STEPS.map((one) => [String(one), one === 0 ? tr("devices.whileHeld") : String(one)])}
         />
         <label className="row">
-          <span className="quiet">Speed</span>
+          <span className="quiet">{tr("devices.speed")}</span>
           <input type="range" min={5} max={100} step={5} value={share} onChange={(event) => setShare(Number(event.target.value))} />
           <span className="figures tool-speed">
             {Math.round(10 * SPEED_MAX * share)} mm/s, {Math.round((DEGREES * TURN_MAX * share) / 100)} °/s
@@ -176,8 +178,8 @@ function ToolJogs(props: { of: ArmDescription; chain: ChainDescription; states: 
         ))}
       </div>
       {/* One line, whatever it says; what is refused is told over the page. */}
-      <p className="tool-told" role="status" aria-label={`State of jogging the tool of ${arm.name}`}>
-        {said || (isEnabled ? "The tool is at rest." : "Enable the joints of the arm first.")}
+      <p className="tool-told" role="status" aria-label={tr("devices.stateOfJoggingTheToolOf", { name: arm.name })}>
+        {said || (isEnabled ? tr("devices.theToolIsAtRest") : tr("devices.enableTheJointsOfTheArm"))}
       </p>
       <Refusals of={wrong} />
     </>
@@ -185,8 +187,10 @@ function ToolJogs(props: { of: ArmDescription; chain: ChainDescription; states: 
 }
 
 function labelOf(axis: ToolAxis, direction: 1 | -1, step: Step): string {
-  const way = `${isTurn(axis) ? "about" : "along"} ${direction > 0 ? "+" : "−"}${axis.replace("R", "")}`;
-  return step === 0 ? `Jog the tool ${way} while held` : `Step the tool ${way} by ${step} ${isTurn(axis) ? "degrees" : "mm"}`;
+  const way = `${isTurn(axis) ? tr("devices.about") : tr("devices.along")} ${direction > 0 ? "+" : "−"}${axis.replace("R", "")}`;
+  return step === 0
+    ? tr("devices.jogTheToolWayWhileHeld", { way })
+    : tr("devices.stepTheToolWayByStep", { way, step, part: isTurn(axis) ? tr("devices.degrees") : "mm" });
 }
 
 /** Choice between a few options that are all visible. */

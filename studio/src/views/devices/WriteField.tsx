@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useState } from "react";
 import type { Within } from "../../control/shapes";
 import { Refusals } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useAction, useControl } from "../../shell/context";
 import { valueFrom, wrongText } from "../verbs/fields";
 
@@ -23,14 +25,18 @@ export function WriteField(props: { name: string; type_text: string; within: Wit
       }}
     >
       <input
-        aria-label={`New value of ${props.name}`}
+        aria-label={tr("devices.newValueOfName", { name: props.name })}
         size={7}
         value={text}
-        placeholder={typeof props.within === "string" ? props.within : `${props.within[0]} to ${props.within[1]}`}
+        placeholder={
+          typeof props.within === "string"
+            ? props.within
+            : tr("devices.withinToWithin2", { within: props.within[0], within2: props.within[1] })
+        }
         onChange={(event) => setText(event.target.value)}
       />
       <button type="submit" disabled={action.busy || value === undefined || wrong !== null}>
-        Write
+        {tr("devices.write2")}
       </button>
       {wrong && (
         <p className="wrong" role="alert">

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Objects drawn with a machine: frames of its bodies, a ghost at its target, the path of a body, contact forces. All of them show the time
 // of the cursor.
+
 import { AxesHelper, Box3, BufferGeometry, Color, Group, Line, LineBasicMaterial, Sphere, Vector3 } from "three";
 import type { Geometry } from "../../control/shapes";
 import type { Source } from "../../control/source";
 import { colour } from "../../design/colours";
+import { tr } from "../../language/text";
 import { MOVE_MS } from "../../live/values";
 import { ContactArrows } from "./contacts";
 import { type Aim, aimed, buildGhost } from "./ghost";
@@ -78,7 +80,7 @@ async function drawGhost({ control, geometry, stage, told }: Scene, aim: Aim, si
   const svvs = past ? null : new Set((await control.look("names", {}, signal)).svvs);
   const known = (name: string) => (past ? past.channel(name) !== undefined : (svvs?.has(name) ?? false));
   const there = aimed(geometry, aim, control.topics.installed.get()?.instances ?? [], known);
-  if (!there) throw new Error(`no joint of this machine has a known '${aim}'`);
+  if (!there) throw new Error(tr("devices.noJointOfThisMachineHas", { aim }));
   const ghost = buildGhost(there);
   const untold = new Set(ghost.joints.map((joint) => joint.svv));
   ghost.root.visible = false;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { lazy, Suspense, useEffect, useMemo, useRef } from "react";
 import { Empty } from "../../design/parts";
+import { trNodes } from "../../language/nodes";
+import { tr } from "../../language/text";
 import { useConfiguration } from "../../shell/configuration";
 import { useControl, useTopic } from "../../shell/context";
 import { useRoute } from "../../shell/route";
@@ -34,14 +37,17 @@ export default function Devices() {
     before.current = path[0];
   }, [path[0], type]);
   const families = useMemo(() => (configuration ? familiesOf(configuration) : []), [configuration]);
-  if (!configuration || !now) return <p className="quiet wait">Waiting for the devices…</p>;
+  if (!configuration || !now) return <p className="quiet wait">{tr("devices.waitingForTheDevices")}</p>;
   const names = Object.keys(configuration.logical_devices);
   const physical = Object.keys(configuration.physical_devices);
   if (names.length === 0 && physical.length === 0) {
     return (
-      <Empty title="This system has no devices yet">
-        A program brings an arm with <code>gpac.robots.load("ur5e", rtp)</code>, signals with <code>DigitalInput("part", io["part"])</code>,
-        and other machines with <code>rtp.physical_device(name, driver)</code>.
+      <Empty title={tr("devices.thisSystemHasNoDevicesYet")}>
+        {trNodes("devices.aProgramBringsAnArmWith", {
+          code: <code>gpac.robots.load("ur5e", rtp)</code>,
+          code2: <code>DigitalInput("part", io["part"])</code>,
+          code3: <code>rtp.physical_device(name, driver)</code>,
+        })}
       </Empty>
     );
   }
@@ -49,7 +55,7 @@ export default function Devices() {
   return (
     <div className="devices">
       <div className="stack">
-        <Suspense fallback={<p className="quiet wait">Loading…</p>}>
+        <Suspense fallback={<p className="quiet wait">{tr("devices.loading")}</p>}>
           {physical.map((name) => (
             <Machine key={name} device={name} lost={now.physical_devices[name]?.lost ?? null} />
           ))}

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Taught points: the pose of a point with the present frames and tool, and a new point from the present pose of the arm.
+
 import type { Refusal } from "../../control/refusals";
 import type {
   ArmDescription,
@@ -11,6 +12,7 @@ import type {
   TaughtPoints,
   Value,
 } from "../../control/shapes";
+import { tr } from "../../language/text";
 import { SPEED_MAX, TURN_MAX } from "./toolJog";
 import { apart, composed, inverse, numbersOf, type Pose, poseOf, poseOfTurns, rollPitchYaw, toolPose, type Vector } from "./toolPose";
 
@@ -105,17 +107,17 @@ export function toldOfMotion(arm: ArmDescription, name: string, report: Report):
       return null;
     case "halted":
     case "stopped":
-      return refused(`The motion to '${name}' was stopped before its end.`, "repeat it, or jog");
+      return refused(tr("devices.theMotionToNameWasStopped", { name }), tr("devices.repeatItOrJog"));
     case "unreachable":
-      return refused(`'${name}' cannot be reached in a line; nothing has moved.`, "move joints, or teach it again");
+      return refused(tr("devices.nameCannotBeReachedInA", { name }), tr("devices.moveJointsOrTeachItAgain"));
     case "limit":
       return refused(
-        `On the line to '${name}', joint '${(typeof value === "number" && arm.joints[value]) || value}' would leave its range; nothing has moved.`,
-        "move joints, or start from another position",
+        tr("devices.onTheLineToNameJoint", { name, part: (typeof value === "number" && arm.joints[value]) || String(value) }),
+        tr("devices.moveJointsOrStartFromAnother"),
       );
     case "singular":
-      return refused(`The line to '${name}' passes near a singularity of the arm.`, "move joints, or start from another position");
+      return refused(tr("devices.theLineToNamePassesNear", { name }), tr("devices.moveJointsOrStartFromAnother"));
     default:
-      return refused(report.message || `The motion to '${name}' ended.`, "see the log");
+      return refused(report.message || tr("devices.theMotionToNameEnded", { name }), tr("devices.seeTheLog"));
   }
 }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Services of drivers: converts form input to the arguments of `device_service`.
+
 import type { DriverOption, DriverService, Value } from "../../control/shapes";
 import { valueText } from "../../design/numbers";
 import { numberIn, type ReadResult } from "../../design/quantities";
+import { tr } from "../../language/text";
 
 /**
  * Parses the text of one argument; undefined if it is empty and has a default. A number may have a unit, and is converted to the
@@ -10,7 +12,7 @@ import { numberIn, type ReadResult } from "../../design/quantities";
  */
 export function argumentFrom(text: string, of: DriverOption): ReadResult<unknown> {
   const written = text.trim();
-  if (written === "") return of.default === null ? { wrong: "enter a value" } : { value: undefined };
+  if (written === "") return of.default === null ? { wrong: tr("devices.enterAValue") } : { value: undefined };
   switch (of.kind) {
     case "number":
       return numberIn(written, of.unit);
@@ -18,10 +20,10 @@ export function argumentFrom(text: string, of: DriverOption): ReadResult<unknown
       const hexadecimal = /^0x[0-9a-f]+$/i.test(written);
       const read = hexadecimal ? { value: Number(written) } : numberIn(written, of.unit);
       if (read.wrong !== undefined || Number.isSafeInteger(read.value)) return read;
-      return { wrong: `'${written}' is not an integer` };
+      return { wrong: tr("devices.writtenIsNotAnInteger", { written }) };
     }
     case "bool":
-      return written === "true" || written === "false" ? { value: written === "true" } : { wrong: "choose true or false" };
+      return written === "true" || written === "false" ? { value: written === "true" } : { wrong: tr("devices.chooseTrueOrFalse") };
     case "list":
     case "table":
       return parsed(written, of.kind);
@@ -37,7 +39,9 @@ function parsed(written: string, kind: "list" | "table"): ReadResult<unknown> {
   } catch {
     // The error below includes an example.
   }
-  return { wrong: kind === "list" ? `'${written}' is not a list: write [1, 2]` : `'${written}' is not a table: write {"name": 1}` };
+  return {
+    wrong: kind === "list" ? tr("devices.writtenIsNotAListWrite", { written }) : tr("devices.writtenIsNotATableWrite", { written }),
+  };
 }
 
 /** Returns all arguments of a service except empty ones, and the errors for each argument. */

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Motions of an arm's tool requested by a button, and messages about their ends.
+
 import type { Refusal } from "../../control/refusals";
 import type { ArmDescription, ChainDescription, Report } from "../../control/shapes";
+import { tr } from "../../language/text";
 import { JOG_TOOL, type JogMotion } from "./jogging";
 import { movingJoints } from "./toolPose";
 
@@ -34,11 +36,9 @@ export function isTurn(axis: ToolAxis): boolean {
 
 /** Returns the reason why the tool of an arm cannot be jogged, as text; null if it can. */
 export function whyNot(arm: ArmDescription): string | null {
-  if (arm.chain === null)
-    return `The geometry of this arm is unknown: ${arm.missing || "no program has provided it"}. Jog its joints instead.`;
+  if (arm.chain === null) return tr("devices.theGeometryOfThisArmIs", { part: arm.missing || tr("devices.noProgramHasProvidedIt") });
   const joints = movingJoints(arm.chain);
-  if (joints < AXES)
-    return `This arm has ${joints === 1 ? "1 joint that moves" : `${joints} joints that move`} its tool; jogging it along and about all axes requires ${AXES}. Jog its joints instead.`;
+  if (joints < AXES) return tr("devices.thisArmHasItsToolJogging", { part: tr("devices.countJointsThatMove", { count: joints }), AXES });
   return null;
 }
 
@@ -64,8 +64,8 @@ export function toolMotion(arm: ArmDescription, chain: ChainDescription, jog: To
 
 /** Returns a single message for all joints that are not enabled. */
 export function notEnabled(joints: readonly string[]): Refusal {
-  const which = joints.length === 1 ? `Joint '${joints[0]}' is` : `${joints.length} joints of this arm are`;
-  return { class: "NotEnabled", message: `${which} not enabled, so nothing has moved.`, remedy: "press Enable all above" };
+  const which = tr("devices.countJointsOfThisArmAre", { joints: joints[0], count: joints.length });
+  return { class: "NotEnabled", message: tr("devices.whichNotEnabledSoNothingHas", { which }), remedy: tr("devices.pressEnableAllAbove") };
 }
 
 /** Returns a message about a motion of the tool that ended by itself, if the person must be informed; null if it ended as intended. */
@@ -77,21 +77,21 @@ export function toldOfEnd(arm: ArmDescription, report: Report): Refusal | null {
     return joint === undefined
       ? {
           class: "JogBlocked",
-          message: "The tool has stopped: the arm is near a singularity or at the end of its reach.",
-          remedy: "jog in another direction, or move a joint",
+          message: tr("devices.theToolHasStoppedTheArm"),
+          remedy: tr("devices.jogInAnotherDirectionOrMove"),
         }
       : {
           class: "JogBlocked",
-          message: `The tool has stopped: joint '${joint}' is at the end of its range.`,
-          remedy: "jog back, or move that joint alone",
+          message: tr("devices.theToolHasStoppedJointJoint", { joint }),
+          remedy: tr("devices.jogBackOrMoveThatJoint"),
         };
   }
   // The verb stopped the tool because the page's heartbeat was missing.
   if (condition === "stopped")
     return {
       class: "Released",
-      message: "The tool was stopped: the system received nothing from this page for 0.25 s.",
-      remedy: "press again",
+      message: tr("devices.theToolWasStoppedTheSystem"),
+      remedy: tr("devices.pressAgain"),
     };
-  return { class: condition, message: report.message || "The motion ended.", remedy: "see the log" };
+  return { class: condition, message: report.message || tr("devices.theMotionEnded"), remedy: tr("devices.seeTheLog") };
 }

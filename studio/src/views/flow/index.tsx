@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { lazy, Suspense, useState } from "react";
+import { tr } from "../../language/text";
 import { useControl } from "../../shell/context";
 import "./flow.css";
 import { DraftBoundary } from "./edit/DraftBoundary";
@@ -15,19 +17,15 @@ export default function View() {
     <div className="stack">
       <div className="row">
         <button type="button" aria-pressed={!editing} onClick={() => setEditing(false)}>
-          Installed
+          {tr("flow.installed2")}
         </button>
         <button type="button" aria-pressed={editing} onClick={() => setEditing(true)}>
-          Edit
+          {tr("flow.edit")}
         </button>
-        {editing && !control.may("configure") && (
-          <span className="quiet">
-            Your role is {control.role}: you can draw, check and save. To install, open the studio with edit=True.
-          </span>
-        )}
+        {editing && !control.may("configure") && <span className="quiet">{tr("flow.yourRoleIsRoleYouCan", { role: control.role })}</span>}
       </div>
       {editing ? (
-        <Suspense fallback={<p className="quiet">Loading…</p>}>
+        <Suspense fallback={<p className="quiet">{tr("flow.loading")}</p>}>
           <DraftBoundary>
             <Editor />
           </DraftBoundary>

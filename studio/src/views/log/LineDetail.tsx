@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { seconds } from "../../design/numbers";
 import { Panel } from "../../design/parts";
+import { tr, trWord } from "../../language/text";
 import { ReportTable } from "../../shell/ReportTable";
 import { addressOf } from "../../shell/route";
 import type { Line } from "./lines";
@@ -11,24 +13,20 @@ export function LineDetail(props: { of: Line; close: () => void }) {
   return (
     <Panel
       className="detail"
-      title={`${of.kind} of ${of.about} at ${seconds(of.time_s)}`}
+      title={tr("log.kindOfAboutAtTimeS", { kind: trWord(of.kind), about: of.about, time_s: seconds(of.time_s) })}
       end={
         <>
-          {of.report && <a href={addressOf("verbs", [of.report.verb])}>Verb {of.report.verb}</a>}
+          {of.report && <a href={addressOf("verbs", [of.report.verb])}>{tr("log.verbVerb", { verb: of.report.verb })}</a>}
           <button type="button" onClick={props.close}>
-            Close
+            {tr("log.close")}
           </button>
         </>
       }
     >
-      {of.isEarlier && <p className="wrong">From an earlier run: the system has been restarted since.</p>}
-      <p>{of.text || <span className="quiet">no message</span>}</p>
-      {of.who && <p className="quiet">by {of.who}</p>}
-      {of.times > 1 && (
-        <p className="quiet">
-          {of.times} times, first at {seconds(of.first_s)}
-        </p>
-      )}
+      {of.isEarlier && <p className="wrong">{tr("log.fromAnEarlierRunTheSystem")}</p>}
+      <p>{of.text || <span className="quiet">{tr("log.noMessage")}</span>}</p>
+      {of.who && <p className="quiet">{tr("log.byWho", { who: of.who })}</p>}
+      {of.times > 1 && <p className="quiet">{tr("log.timesTimesFirstAtFirstS", { times: of.times, first_s: seconds(of.first_s) })}</p>}
       {of.report && <ReportTable of={of.report} />}
     </Panel>
   );

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { type KeyboardEvent, memo, useCallback, useEffect, useLayoutEffect, useRef, useState, useSyncExternalStore } from "react";
 import type { Past } from "../../control/source";
 import { seconds } from "../../design/numbers";
+import { tr, trWord } from "../../language/text";
 import { BAD_KINDS, type Line, linesUntil, WARN_KINDS } from "./lines";
 import { BEYOND, broughtIntoSight, rowsInSight, type Sight } from "./sight";
 
@@ -74,7 +76,7 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
   };
 
   return (
-    <div className="panel lines" role="group" aria-label="Lines of the log" tabIndex={0} ref={box} onScroll={look} onKeyDown={step}>
+    <div className="panel lines" role="group" aria-label={tr("log.linesOfTheLog")} tabIndex={0} ref={box} onScroll={look} onKeyDown={step}>
       <div style={{ height: lines.length * LINE, position: "relative" }}>
         {lines.slice(first, last).map((line, index) => (
           <Row
@@ -97,7 +99,7 @@ export function Lines(props: { of: Line[]; chosen: string | null; choose: (line:
             if (box.current) box.current.scrollTop = box.current.scrollHeight;
           }}
         >
-          Go to newest
+          {tr("log.goToNewest")}
         </button>
       )}
     </div>
@@ -125,12 +127,12 @@ const Row = memo(function Row(props: {
       onClick={() => props.choose(line)}
     >
       <span className="figures time">{seconds(line.time_s)}</span>
-      <span className="kind">{line.kind}</span>
+      <span className="kind">{trWord(line.kind)}</span>
       <span className="about">{line.about}</span>
       <span className="what">
-        {line.isEarlier && <span className="tag">earlier run</span>}
+        {line.isEarlier && <span className="tag">{tr("log.earlierRun")}</span>}
         {line.times > 1 && <span className="tag">{line.times}×</span>} {line.text}
-        {line.who && <span className="quiet"> by {line.who}</span>}
+        {line.who && <span className="quiet"> {tr("log.byWho", { who: line.who })}</span>}
       </span>
     </button>
   );

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useCallback, useMemo, useRef, useState, useSyncExternalStore } from "react";
 import { toNs } from "../../control/recorded/state";
 import type { Past, Topic } from "../../control/source";
@@ -6,6 +7,7 @@ import type { KeptEntries } from "../../control/topics";
 import { count } from "../../design/numbers";
 import { Empty, Refusals } from "../../design/parts";
 import { saveText } from "../../design/saveText";
+import { tr, trWord } from "../../language/text";
 import { useControl, useWatched } from "../../shell/context";
 import { useRoute } from "../../shell/route";
 import { LineDetail } from "./LineDetail";
@@ -50,53 +52,49 @@ export default function Log() {
     <div className="log">
       <div className="row tools">
         <label className="row">
-          <span className="quiet">Text</span>
-          <input type="search" value={text} placeholder="move#1 halted" onChange={(event) => setText(event.target.value)} />
+          <span className="quiet">{tr("log.text")}</span>
+          <input type="search" value={text} placeholder={tr("log.move1Halted")} onChange={(event) => setText(event.target.value)} />
         </label>
         <fieldset className="row kinds">
-          <legend className="unseen">Kinds shown</legend>
+          <legend className="unseen">{tr("log.kindsShown")}</legend>
           {[...kinds].map(([kind, counted]) => (
             <button key={kind} type="button" aria-pressed={!hidden.has(kind)} className={tone(kind)} onClick={() => toggle(kind)}>
-              {kind} <span className="figures small">{count(counted)}</span>
+              {trWord(kind)} <span className="figures small">{count(counted)}</span>
             </button>
           ))}
         </fieldset>
         <div className="row last">
           {!past && (
             <button type="button" aria-pressed={paused !== null} onClick={() => setPaused(paused ? null : latest)}>
-              {paused ? "Resume" : "Pause"}
+              {paused ? tr("log.resume") : tr("log.pause")}
             </button>
           )}
-          {newer > 0 && <span className="quiet">{count(newer)} newer</span>}
+          {newer > 0 && <span className="quiet">{tr("log.newerNewer", { newer: count(newer) })}</span>}
           <button
             type="button"
             disabled={shown.length === 0}
             onClick={() => saveText(`${control.version.system}.log.csv`, "text/csv", asCsv(shown))}
           >
-            Save CSV
+            {tr("log.saveCSV")}
           </button>
           <button
             type="button"
             disabled={shown.length === 0}
             onClick={() => saveText(`${control.version.system}.log.jsonl`, "application/jsonl", asJsonLines(shown))}
           >
-            Save JSON lines
+            {tr("log.saveJSONLines")}
           </button>
         </div>
       </div>
       <Refusals of={[...logTrouble, ...endsTrouble]} />
-      {dropped > 0 && (
-        <p className="dropped">{count(dropped)} entries were discarded before they could be read: the system keeps the last 4,096.</p>
-      )}
+      {dropped > 0 && <p className="dropped">{tr("log.droppedEntriesWereDiscardedBeforeThey", { dropped: count(dropped) })}</p>}
       {shown.length > 0 ? (
         <Lines of={shown} chosen={chosen?.key ?? null} choose={choose} still={paused !== null} past={past} />
       ) : lines.length > 0 ? (
-        <Empty title="No entry matches the filter">Show more kinds, or shorten the text.</Empty>
+        <Empty title={tr("log.noEntryMatchesTheFilter")}>{tr("log.showMoreKindsOrShortenThe")}</Empty>
       ) : (
-        <Empty title={past ? "Nothing was logged in this recording" : "Nothing has happened yet"}>
-          {past
-            ? "Its values are in the scope and in Devices, at the time of the slider."
-            : "Starts, conditions, transitions, ends and commands appear here as they occur."}
+        <Empty title={past ? tr("log.nothingWasLoggedInThisRecording") : tr("log.nothingHasHappenedYet")}>
+          {past ? tr("log.itsValuesAreInTheScope") : tr("log.startsConditionsTransitionsEndsAndCommands")}
         </Empty>
       )}
       {chosen && <LineDetail of={chosen} close={() => setChosen(null)} />}

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { forEach } from "../../control/together";
 import { Refusals } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useAction, useControl, useTopic } from "../../shell/context";
 
 /** Recovery from an emergency stop: reset, then enable. Its height is the same in every state. */
@@ -16,14 +18,15 @@ export function Recovery() {
     return forEach(off, (name) => control.order("enable", { name }, undefined, pressed));
   };
   return (
-    <section className="recovery" aria-label="Recovery" data-step={step}>
-      {step === "reset" && <strong className="wrong">Stopped. Remove the cause, then reset.</strong>}
+    <section className="recovery" aria-label={tr("panel.recovery")} data-step={step}>
+      {step === "reset" && <strong className="wrong">{tr("panel.stoppedRemoveTheCauseThenReset")}</strong>}
       {step === "enable" && (
         <span>
-          {off.length === states.length ? "The drives are off." : `Off: ${off.join(", ")}.`} Enable them, then move to a safe position.
+          {off.length === states.length ? tr("panel.theDrivesAreOff") : tr("panel.offOff", { off: off.join(", ") })}{" "}
+          {tr("panel.enableThemThenMoveToA")}
         </span>
       )}
-      {step === "ready" && <span className="quiet">Ready</span>}
+      {step === "ready" && <span className="quiet">{tr("panel.ready")}</span>}
       {control.may("operate") && (
         <span className="row steps" data-commands>
           <button
@@ -32,7 +35,7 @@ export function Recovery() {
             disabled={step !== "reset" || action.busy}
             onClick={() => action.run(() => control.order("reset", {}))}
           >
-            Reset the stop
+            {tr("panel.resetTheStop")}
           </button>
           <button
             type="button"
@@ -40,7 +43,7 @@ export function Recovery() {
             disabled={step !== "enable" || action.busy}
             onClick={() => action.run(enable)}
           >
-            Enable the drives
+            {tr("panel.enableTheDrives")}
           </button>
         </span>
       )}

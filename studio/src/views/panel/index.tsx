@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { Empty, Refusals } from "../../design/parts";
+import { tr } from "../../language/text";
 import { addressOf, useRoute } from "../../shell/route";
 import { Fixed } from "../workspaces/Fixed";
 import { useFindings, useWorkspace, useWorkspaces } from "../workspaces/kept";
@@ -15,11 +17,11 @@ export default function OperatorPanel() {
   const about = all?.find((one) => one.name === name) ?? null;
   const { workspace, refusals: more } = useWorkspace(about);
   const findings = useFindings(workspace);
-  if (!all) return refusals.length > 0 ? <Refusals of={refusals} /> : <p className="quiet wait">Loading…</p>;
+  if (!all) return refusals.length > 0 ? <Refusals of={refusals} /> : <p className="quiet wait">{tr("panel.loading")}</p>;
   if (!about) {
     return (
-      <Empty title={`Workspace '${name}' does not exist`}>
-        <a href={addressOf("workspaces")}>All workspaces</a>
+      <Empty title={tr("panel.workspaceNameDoesNotExist", { name })}>
+        <a href={addressOf("workspaces")}>{tr("panel.allWorkspaces")}</a>
       </Empty>
     );
   }
@@ -31,7 +33,7 @@ export default function OperatorPanel() {
       <footer className="row">
         <span className="quiet">{workspace?.title || name}</span>
         <a className="button" href={addressOf("workspaces", [name])}>
-          Close panel
+          {tr("panel.closePanel")}
         </a>
       </footer>
     </div>

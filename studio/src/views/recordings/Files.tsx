@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useState } from "react";
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { DamagedPart, RecordingContents, RecordingFile } from "../../control/shapes";
 import { count, seconds } from "../../design/numbers";
 import { Empty, Panel, Refusals, Tag } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useAxis } from "../../shell/axis";
 import { useAction, useLive, useWatched } from "../../shell/context";
 import { go } from "../../shell/route";
@@ -21,12 +23,12 @@ export function Files(props: { begun: RunningRecording[]; changed: (one: Running
   const found = (files ?? []).filter((file) => file.name.toLowerCase().includes(text.toLowerCase()));
   return (
     <Panel
-      title="Recordings"
+      title={tr("recordings.recordings")}
       end={
         <input
           type="search"
-          aria-label="Find a recording"
-          placeholder="Find"
+          aria-label={tr("recordings.findARecording")}
+          placeholder={tr("recordings.find")}
           value={text}
           onChange={(event) => setText(event.target.value)}
         />
@@ -34,26 +36,26 @@ export function Files(props: { begun: RunningRecording[]; changed: (one: Running
     >
       <Refusals of={refusals} />
       {files !== null && files.length === 0 && (
-        <Empty title="No recordings yet">Start one above, or in a program with cell.record("run.mcap").</Empty>
+        <Empty title={tr("recordings.noRecordingsYet")}>{tr("recordings.startOneAboveOrInA")}</Empty>
       )}
       {found.length > 0 && (
-        <div className="scroll-x" role="group" aria-label="Recordings" tabIndex={0}>
+        <div className="scroll-x" role="group" aria-label={tr("recordings.recordings")} tabIndex={0}>
           <table className="recordings">
             <thead>
               <tr>
-                <th scope="col">File</th>
+                <th scope="col">{tr("recordings.file")}</th>
                 <th scope="col">
-                  <span className="unseen">Open or stop</span>
+                  <span className="unseen">{tr("recordings.openOrStop")}</span>
                 </th>
-                <th scope="col">When</th>
+                <th scope="col">{tr("recordings.when")}</th>
                 <th scope="col" className="number">
-                  Length
+                  {tr("recordings.length")}
                 </th>
-                <th scope="col">Verbs</th>
-                <th scope="col">Ends</th>
-                <th scope="col">State</th>
+                <th scope="col">{tr("recordings.verbs")}</th>
+                <th scope="col">{tr("recordings.ends")}</th>
+                <th scope="col">{tr("recordings.state")}</th>
                 <th scope="col" className="number">
-                  Size
+                  {tr("recordings.size")}
                 </th>
               </tr>
             </thead>
@@ -65,7 +67,9 @@ export function Files(props: { begun: RunningRecording[]; changed: (one: Running
           </table>
         </div>
       )}
-      {found.length > SHOWN_MAX && <p className="quiet">{count(found.length - SHOWN_MAX)} more: search for them by name.</p>}
+      {found.length > SHOWN_MAX && (
+        <p className="quiet">{tr("recordings.countMoreSearchForThemBy", { count: count(found.length - SHOWN_MAX) })}</p>
+      )}
     </Panel>
   );
 }
@@ -98,7 +102,9 @@ function Row(props: {
     <tr>
       <th scope="row">
         {of.name}
-        {about?.system && about.system !== live.version.system && <div className="quiet small">of {about.system}</div>}
+        {about?.system && about.system !== live.version.system && (
+          <div className="quiet small">{tr("recordings.ofSystem", { system: about.system })}</div>
+        )}
       </th>
       {/* Beside the name: the other columns are beyond the edge of a narrow window. */}
       <td className="row">
@@ -108,11 +114,11 @@ function Row(props: {
           disabled={action.busy || about === null || isShown}
           onClick={() => action.run(() => axis.open(of.name).then(() => go("log")))}
         >
-          {isShown ? "Opened" : "Open"}
+          {isShown ? tr("recordings.opened") : tr("recordings.open")}
         </button>
         {running && (
           <button type="button" disabled={action.busy} onClick={() => action.run(stop)}>
-            Stop
+            {tr("recordings.stop")}
           </button>
         )}
         <Refusals of={action.refusals} />
@@ -127,20 +133,22 @@ function Row(props: {
       </td>
       <td>
         {begun?.summary?.failure ? (
-          <Tag tone="bad">failed: {begun.summary.failure}</Tag>
+          <Tag tone="bad">{tr("recordings.failedFailure", { failure: begun.summary.failure })}</Tag>
         ) : running ? (
           <Tag tone="accent" title={freeText(begun?.summary?.free_bytes ?? null)}>
-            records
+            {tr("recordings.records")}
           </Tag>
         ) : about?.complete ? (
-          <Tag>complete</Tag>
+          <Tag>{tr("recordings.complete")}</Tag>
         ) : (
-          about && <Tag tone="warn">without an end</Tag>
+          about && <Tag tone="warn">{tr("recordings.withoutAnEnd")}</Tag>
         )}{" "}
-        {about?.replay && <Tag tone="good">replay</Tag>} {lost > 0 && <Tag tone="bad">{count(lost)} lost</Tag>}{" "}
+        {about?.replay && <Tag tone="good">{tr("recordings.replay")}</Tag>}{" "}
+        {lost > 0 && <Tag tone="bad">{tr("recordings.lostLost", { lost: count(lost) })}</Tag>}{" "}
         {!running && about !== null && about.damage.length > 0 && (
           <Tag tone="bad" title={about.damage.map(damageText).join("\n")}>
-            damaged in {count(about.damage.length)} {about.damage.length === 1 ? "place" : "places"}
+            {tr("recordings.damagedInCount", { count: count(about.damage.length) })}{" "}
+            {tr("recordings.places", { count: about.damage.length })}
           </Tag>
         )}
         <Refusals of={refusals} />
@@ -154,9 +162,12 @@ function Row(props: {
 
 /** Describes an unreadable section of a file: its location and the lost messages. */
 function damageText(of: DamagedPart): string {
-  const lost = of.lost == null ? "unknown" : `${count(sumOf(of.lost))} (${Object.keys(of.lost).join(", ")})`;
-  const when = of.from_ns == null || of.to_ns == null ? "" : `, ${seconds(of.from_ns / 1e9)} to ${seconds(of.to_ns / 1e9)}`;
-  return `bytes ${of.begins} to ${of.ends}${when}: ${of.what}; messages lost: ${lost}`;
+  const lost = of.lost == null ? tr("recordings.unknown") : `${count(sumOf(of.lost))} (${Object.keys(of.lost).join(", ")})`;
+  const when =
+    of.from_ns == null || of.to_ns == null
+      ? ""
+      : tr("recordings.fromNsToToNs", { from_ns: seconds(of.from_ns / 1e9), to_ns: seconds(of.to_ns / 1e9) });
+  return tr("recordings.bytesBeginsToEndswhenWhatMessages", { begins: of.begins, ends: of.ends, when, what: of.what, lost });
 }
 
 /** Formats the wall-clock time at which a recording started. */

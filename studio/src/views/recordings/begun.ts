@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The recordings that this tab has started in this run of the system, by the numbers that the system assigns.
+
 import type { RecordingSummary } from "../../control/shapes";
+import { tr } from "../../language/text";
 
 export interface RunningRecording {
   recording: number;
@@ -70,7 +72,7 @@ export function sizeText(bytes: number): string {
 
 /** Describes the free disk space: "12.3 GiB free on its disk"; "" if unknown. */
 export function freeText(bytes: number | null): string {
-  return bytes === null ? "" : `${sizeText(bytes)} free on its disk`;
+  return bytes === null ? "" : tr("recordings.bytesFreeOnItsDisk", { bytes: sizeText(bytes) });
 }
 
 /** Returns the sum of the counts. */

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useCallback, useEffect, useId, useState } from "react";
 import { Empty, Panel, Refusals } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useAction, useLive, useTopic } from "../../shell/context";
 import { completedName, freshName, keepRecordings, keptRecordings, namesIn, type RunningRecording, sizeText } from "./begun";
 import { Files } from "./Files";
@@ -24,7 +26,7 @@ export default function Recordings() {
       {control.may("configure") ? (
         <Begin begun={(one) => put([one, ...all])} />
       ) : (
-        <Empty title="Recording is not allowed">Its role is '{control.role}'; recording needs 'configure'.</Empty>
+        <Empty title={tr("recordings.recordingIsNotAllowed")}>{tr("recordings.itsRoleIsRoleRecordingNeeds", { role: control.role })}</Empty>
       )}
       <Files begun={all} changed={(one, now) => put(all.map((other) => (other === one ? now : other)))} />
     </div>
@@ -59,7 +61,7 @@ function Begin(props: { begun: (one: RunningRecording) => void }) {
       setName(freshName(control.version.system, new Date()));
     });
   return (
-    <Panel title="Record">
+    <Panel title={tr("recordings.record")}>
       <form
         className="stack"
         onSubmit={(event) => {
@@ -68,33 +70,42 @@ function Begin(props: { begun: (one: RunningRecording) => void }) {
         }}
       >
         <div className="row">
-          <label htmlFor={file}>File</label>
+          <label htmlFor={file}>{tr("recordings.file")}</label>
           <input id={file} size={34} value={name} required onChange={(event) => setName(event.target.value)} />
-          <span className="quiet">{path === name.trim() ? "" : `is ${path}, `}in the system's folder for recordings</span>
+          <span className="quiet">
+            {path === name.trim() ? "" : `${tr("recordings.isPath", { path })} `}
+            {tr("recordings.inTheSystemSFolderFor")}
+          </span>
         </div>
         <div className="row">
-          <label htmlFor={names}>SVVs</label>
-          <input id={names} size={34} value={svvs} placeholder="all; or arm.*, force" onChange={(event) => setSvvs(event.target.value)} />
+          <label htmlFor={names}>{tr("recordings.sVVs")}</label>
+          <input
+            id={names}
+            size={34}
+            value={svvs}
+            placeholder={tr("recordings.allOrArmForce")}
+            onChange={(event) => setSvvs(event.target.value)}
+          />
         </div>
         <div className="row">
-          <label htmlFor={sizes}>Split</label>
+          <label htmlFor={sizes}>{tr("recordings.split")}</label>
           <select id={sizes} value={split} onChange={(event) => setSplit(Number(event.target.value))}>
-            <option value={0}>no</option>
+            <option value={0}>{tr("recordings.no")}</option>
             {SPLITS.map((bytes) => (
               <option key={bytes} value={bytes}>
-                every {sizeText(bytes)}
+                {tr("recordings.everyBytes", { bytes: sizeText(bytes) })}
               </option>
             ))}
           </select>
           {split > 0 && (
             <>
-              <label htmlFor={kept}>newest files to keep</label>
+              <label htmlFor={kept}>{tr("recordings.newestFilesToKeep")}</label>
               <input
                 id={kept}
                 type="number"
                 min={2}
                 step={1}
-                placeholder="all"
+                placeholder={tr("recordings.all")}
                 value={keep}
                 onChange={(event) => setKeep(event.target.value)}
               />
@@ -103,16 +114,17 @@ function Begin(props: { begun: (one: RunningRecording) => void }) {
         </div>
         <div className="row">
           <label>
-            <input type="checkbox" checked={cells} onChange={(event) => setCells(event.target.checked)} /> include private cells
+            <input type="checkbox" checked={cells} onChange={(event) => setCells(event.target.checked)} />{" "}
+            {tr("recordings.includePrivateCells")}
           </label>
           {isNew && split === 0 && (
             <label>
-              <input type="checkbox" checked={replay} onChange={(event) => setReplay(event.target.checked)} /> include external inputs, for
-              replay
+              <input type="checkbox" checked={replay} onChange={(event) => setReplay(event.target.checked)} />{" "}
+              {tr("recordings.includeExternalInputsForReplay")}
             </label>
           )}
           <button type="submit" className="primary" disabled={action.busy || path === ""}>
-            Record
+            {tr("recordings.record")}
           </button>
         </div>
         <Refusals of={action.refusals} />

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useState } from "react";
 import type { Past } from "../../control/source";
 import { Choice } from "../../design/Choice";
 import { Refusals } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useAction, useWatched } from "../../shell/context";
 import { BEGINNING, momentsOf, nearest, shared } from "./beside";
 import type { Scope } from "./scope";
@@ -22,18 +24,18 @@ export function BesideTools(props: { scope: Scope; past: Past }) {
   return (
     <>
       <Choice
-        label="Beside"
+        label={tr("scope.beside")}
         value={beside?.past.name ?? ""}
-        title="Shows another recording behind this one, fainter, with its own rows in the table"
+        title={tr("scope.showsAnotherRecordingBehindThisOne")}
         put={(name) => void choose(name)}
       >
-        <option value="">nothing</option>
+        <option value="">{tr("scope.nothing")}</option>
         {names.map((name) => (
           <option key={name}>{name}</option>
         ))}
       </Choice>
       {beside && <Moment scope={scope} past={past} />}
-      {action.busy && <span className="quiet">opens…</span>}
+      {action.busy && <span className="quiet">{tr("scope.opens")}</span>}
       <Refusals of={action.refusals} />
     </>
   );
@@ -49,18 +51,20 @@ function Moment(props: { scope: Scope; past: Past }) {
   return (
     <>
       <Choice
-        label="Aligned at"
+        label={tr("scope.alignedAt")}
         value={beside.moment}
-        title="Aligns both runs at this event"
+        title={tr("scope.alignsBothRunsAtThisEvent")}
         put={(moment) => scope.lay({ ...beside, moment, here: nearest(here.get(moment) ?? [], past.cursor.get()), there: 0 })}
       >
         {shared(here, there).map((name) => (
           <option key={name}>{name}</option>
         ))}
       </Choice>
-      {times.length > 1 && <Which label="here" of={times.length} value={beside.here} put={(at) => scope.lay({ ...beside, here: at })} />}
+      {times.length > 1 && (
+        <Which label={tr("scope.here")} of={times.length} value={beside.here} put={(at) => scope.lay({ ...beside, here: at })} />
+      )}
       {others.length > 1 && (
-        <Which label="there" of={others.length} value={beside.there} put={(at) => scope.lay({ ...beside, there: at })} />
+        <Which label={tr("scope.there")} of={others.length} value={beside.there} put={(at) => scope.lay({ ...beside, there: at })} />
       )}
     </>
   );
@@ -72,7 +76,7 @@ function Which(props: { label: string; of: number; value: number; put: (at: numb
       {Array.from({ length: props.of }, (_, at) => (
         // biome-ignore lint/suspicious/noArrayIndexKey: the number is what it is
         <option key={at} value={at}>
-          {at + 1} of {props.of}
+          {tr("scope.atOfOf", { at: at + 1, of: props.of })}
         </option>
       ))}
     </Choice>

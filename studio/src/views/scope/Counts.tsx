@@ -2,6 +2,7 @@
 
 import { Choice } from "../../design/Choice";
 import { count } from "../../design/numbers";
+import { tr } from "../../language/text";
 import { useWatched } from "../../shell/context";
 import type { ChannelCounts } from "./messages";
 import type { Scope } from "./scope";
@@ -20,38 +21,43 @@ export function Counts(props: { scope: Scope }) {
   const unseen = sum((one) => Math.max(0, one.numbered - one.received - one.lost));
   const most_s = counts.reduce((most, one) => Math.max(most, one.kept_s), 0);
   return (
-    <div className="counts small" title={counts.map((one) => `${one.name}: received ${one.received}, lost ${one.lost}`).join("\n")}>
+    <div
+      className="counts small"
+      title={counts
+        .map((one) => tr("scope.nameReceivedReceivedLostLost", { name: one.name, received: one.received, lost: one.lost }))
+        .join("\n")}
+    >
       <span>
-        received{" "}
+        {tr("scope.received")}{" "}
         <span className="figures" data-testid="received">
           {count(sum((one) => one.received))}
         </span>
         ,{" "}
         <span className={lost > 0 ? "bad" : ""}>
-          lost{" "}
+          {tr("scope.lost")}{" "}
           <span className="figures" data-testid="lost">
             {count(lost)}
           </span>
         </span>
         {skipped > 0 && (
           <>
-            , discarded while stopped <span className="figures">{count(skipped)}</span>
+            {tr("scope.discardedWhileStopped")} <span className="figures">{count(skipped)}</span>
           </>
         )}
         {unseen > 0 && (
           <>
             ,{" "}
-            <span className="quiet" title="The sequence numbers jump here: a skipped release has a number, but stores no value">
-              never stored (overruns) <span className="figures">{count(unseen)}</span>
+            <span className="quiet" title={tr("scope.theSequenceNumbersJumpHereA")}>
+              {tr("scope.neverStoredOverruns")} <span className="figures">{count(unseen)}</span>
             </span>
           </>
         )}
       </span>
       <span className="quiet">
-        {counts.length} {counts.length === 1 ? "channel" : "channels"}, the last {most_s.toFixed(1)} s in{" "}
-        {(sum((one) => one.bytes) / 2 ** 20).toFixed(1)} MiB
+        {counts.length} {tr("scope.channels", { count: counts.length })}
+        {tr("scope.theLastMostSSIn", { most_s: most_s.toFixed(1), value: (sum((one) => one.bytes) / 2 ** 20).toFixed(1) })}
       </span>
-      <Choice label="Keep" value={String(setup.keep_s)} put={(chosen) => scope.change({ ...setup, keep_s: Number(chosen) })}>
+      <Choice label={tr("scope.keep")} value={String(setup.keep_s)} put={(chosen) => scope.change({ ...setup, keep_s: Number(chosen) })}>
         {[...new Set([...KEEPS_S, setup.keep_s])]
           .sort((a, b) => a - b)
           .map((keep) => (

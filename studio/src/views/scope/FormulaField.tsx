@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useId, useState } from "react";
+import { tr } from "../../language/text";
 import { useWatched } from "../../shell/context";
 import type { Scope } from "./scope";
 import { withFormula } from "./setup";
@@ -26,7 +28,7 @@ export function FormulaField(props: { scope: Scope }) {
         }
       }}
     >
-      <label htmlFor={field}>Formula</label>
+      <label htmlFor={field}>{tr("scope.formula")}</label>
       <input
         id={field}
         value={text}
@@ -36,7 +38,7 @@ export function FormulaField(props: { scope: Scope }) {
         onChange={(event) => setText(event.target.value)}
       />
       <button type="submit" disabled={text.trim() === ""}>
-        Add
+        {tr("scope.add")}
       </button>
       {wrong !== "" && (
         <span id={why} className="wrong small" role="alert">

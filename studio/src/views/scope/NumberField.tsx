@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { type ReactNode, useEffect, useId, useState } from "react";
 import { numberIn } from "../../design/quantities";
+import { tr } from "../../language/text";
 
 /** A numeric field that is committed with Enter or when it loses focus. An invalid or out-of-range number is rejected with the reason. */
 export function NumberField(props: {
@@ -20,7 +22,8 @@ export function NumberField(props: {
   useEffect(() => setTyped(shown), [shown]);
   const read = numberIn(typed, props.unit ?? "");
   const number = read.value ?? Number.NaN;
-  const why = read.wrong ?? (number < minimum || number > maximum ? `write ${rangeText(minimum, maximum)}` : null);
+  const why =
+    read.wrong ?? (number < minimum || number > maximum ? tr("scope.writeMinimum", { minimum: rangeText(minimum, maximum) }) : null);
   const wrong = why !== null;
   const take = () => {
     if (!wrong && typed !== shown) props.put(number);
@@ -56,8 +59,9 @@ export function NumberField(props: {
 }
 
 function rangeText(minimum: number, maximum: number): string {
-  const bounds = [Number.isFinite(minimum) ? `at least ${minimum}` : "", Number.isFinite(maximum) ? `at most ${maximum}` : ""].filter(
-    Boolean,
-  );
-  return ["a number", ...bounds].join(", ");
+  const bounds = [
+    Number.isFinite(minimum) ? tr("scope.atLeastMinimum", { minimum }) : "",
+    Number.isFinite(maximum) ? tr("scope.atMostMaximum", { maximum }) : "",
+  ].filter(Boolean);
+  return [tr("scope.aNumber"), ...bounds].join(", ");
 }

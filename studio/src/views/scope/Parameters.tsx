@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useCallback, useEffect, useState } from "react";
 import type { Configuration } from "../../control/shapes";
 import { Panel, Refusals } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useAction, useControl, useTopic, useWatched } from "../../shell/context";
 import { NumberField } from "./NumberField";
 import type { Scope } from "./scope";
@@ -31,7 +33,7 @@ export function Parameters(props: { scope: Scope }) {
   if (refusals.length > 0) return <Refusals of={refusals} />;
   if (tuned.length === 0) return null;
   return (
-    <Panel title="Parameters" className="parameters">
+    <Panel title={tr("scope.parameters")} className="parameters">
       <div className="stack">
         {tuned.map((one) => (
           <section key={one.device} aria-label={one.device}>

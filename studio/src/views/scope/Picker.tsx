@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { type KeyboardEvent, useEffect, useId, useMemo, useRef, useState } from "react";
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import { found } from "../../design/fuzzy";
 import { Refusals } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useControl, useTopic, useWatched } from "../../shell/context";
 import { grouped, inside, NO_DEVICE } from "./groups";
 import type { Scope } from "./scope";
@@ -63,12 +65,12 @@ export function Picker(props: { scope: Scope }) {
         className="find"
         type="search"
         role="combobox"
-        aria-label="Values to plot"
+        aria-label={tr("scope.valuesToPlot")}
         aria-expanded="true"
         aria-controls={list}
         aria-activedescendant={typed && shown !== undefined ? `${list}-${shown}` : undefined}
         aria-autocomplete="list"
-        placeholder="Find a value ( / )"
+        placeholder={tr("scope.findAValue")}
         value={typed}
         onChange={(event) => {
           setTyped(event.target.value);
@@ -77,7 +79,7 @@ export function Picker(props: { scope: Scope }) {
         onKeyDown={press}
       />
       <Refusals of={trouble} />
-      <div id={list} className="choices" role="listbox" aria-label="Values" aria-multiselectable="true" tabIndex={-1}>
+      <div id={list} className="choices" role="listbox" aria-label={tr("scope.values")} aria-multiselectable="true" tabIndex={-1}>
         {groups.map((group) => (
           <div key={group.title} role="group" aria-label={group.title}>
             <div className="group-title quiet small" aria-hidden="true">
@@ -103,7 +105,7 @@ export function Picker(props: { scope: Scope }) {
         {order.length === 0 && (
           // biome-ignore lint/a11y/useFocusableInteractive: it cannot be chosen
           <div className="choice quiet" role="option" aria-disabled="true" aria-selected="false">
-            {names.length === 0 ? "The system has no SVVs yet." : `No match for '${typed}'.`}
+            {names.length === 0 ? tr("scope.theSystemHasNoSVVsYet") : tr("scope.noMatchForTyped", { typed })}
           </div>
         )}
       </div>

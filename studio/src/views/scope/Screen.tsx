@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useRef, useState } from "react";
+import { tr } from "../../language/text";
 import "uplot/dist/uPlot.min.css";
 import { colour, onThemeChange } from "../../design/colours";
 import { useWatched } from "../../shell/context";
@@ -68,7 +70,7 @@ export function Screen(props: { scope: Scope; chosen: string | null }) {
         ref={host}
         role="group"
         tabIndex={0}
-        aria-label="Screen. Keys: + and − zoom, left and right move, Home fits, space stops and resumes, c cursors"
+        aria-label={tr("scope.screenKeysAndZoomLeftAnd")}
         onKeyDown={(event) => {
           if (event.ctrlKey || event.metaKey || event.altKey) return;
           if (key(scope, event)) event.preventDefault();
@@ -136,7 +138,7 @@ function axesIn(setup: Setup, seen: readonly ShownTrace[], chosen: string | null
 // With separate scales, the axis is that of the trace selected in the table, or else of the first.
 function own(seen: readonly ShownTrace[], chosen: string | null): Axis[] {
   const one = seen.find((trace) => trace.id === chosen) ?? seen[0];
-  return one ? [{ key: `trace ${one.id}`, label: `${one.id}${one.unit ? ` (${one.unit})` : ""}` }] : [];
+  return one ? [{ key: tr("scope.traceId", { id: one.id }), label: `${one.id}${one.unit ? ` (${one.unit})` : ""}` }] : [];
 }
 
 function showOf(

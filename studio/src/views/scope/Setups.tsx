@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useState } from "react";
 import { Panel } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useWatched } from "../../shell/context";
 import { addressOf } from "../../shell/route";
 import { forget, keepAs, named } from "./keeping";
@@ -19,18 +21,18 @@ export function Setups(props: { scope: Scope }) {
     const address = `${window.location.origin}${window.location.pathname}${addressOf("scope", [], { setup: toLink(setup) })}`;
     try {
       await navigator.clipboard.writeText(address);
-      setSaid("copied, without the token");
+      setSaid(tr("scope.copiedWithoutTheToken"));
     } catch {
       window.location.hash = addressOf("scope", [], { setup: toLink(setup) });
-      setSaid("the browser does not allow copying; use the address of the page instead");
+      setSaid(tr("scope.theBrowserDoesNotAllowCopying"));
     }
   };
   return (
     <Panel
-      title="Setups"
+      title={tr("scope.setups")}
       end={
         <button type="button" onClick={() => void copy()}>
-          Copy link
+          {tr("scope.copyLink")}
         </button>
       }
     >
@@ -49,12 +51,17 @@ export function Setups(props: { scope: Scope }) {
             setSetups(named());
           }}
         >
-          <input aria-label="Name of the setup" placeholder="name" value={name} onChange={(event) => setName(event.target.value)} />
+          <input
+            aria-label={tr("scope.nameOfTheSetup")}
+            placeholder={tr("scope.name")}
+            value={name}
+            onChange={(event) => setName(event.target.value)}
+          />
           <button type="submit" disabled={name.trim() === ""}>
-            {known ? "Save again" : "Save"}
+            {known ? tr("scope.saveAgain") : tr("scope.save")}
           </button>
-          <button type="button" title="Remove all traces" onClick={() => scope.change(EMPTY)}>
-            Clear
+          <button type="button" title={tr("scope.removeAllTraces")} onClick={() => scope.change(EMPTY)}>
+            {tr("scope.clear")}
           </button>
         </form>
         {[...setups].map(([one, of]) => (
@@ -77,7 +84,8 @@ export function Setups(props: { scope: Scope }) {
                 setSetups(named());
               }}
             >
-              Delete<span className="unseen"> {one}</span>
+              {tr("scope.delete")}
+              <span className="unseen"> {one}</span>
             </button>
           </div>
         ))}

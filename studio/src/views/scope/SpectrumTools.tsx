@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { Choice } from "../../design/Choice";
+import { tr } from "../../language/text";
 import { NumberField } from "./NumberField";
 import type { Scope } from "./scope";
 import type { Setup } from "./setup";
 import { AMOUNTS, type Amount, type SpectrumSetup, WINDOW_FUNCTIONS, type WindowFunction } from "./signal/spectrum";
 
 const WORDS: Record<WindowFunction | Amount, string> = {
-  rectangular: "rectangular",
+  rectangular: tr("scope.rectangular"),
   hann: "Hann",
   hamming: "Hamming",
   blackman: "Blackman",
-  flattop: "flat top",
-  amplitude: "amplitude",
-  decibel: "amplitude, dB",
-  density: "power density",
+  flattop: tr("scope.flatTop"),
+  amplitude: tr("scope.amplitude"),
+  decibel: tr("scope.amplitudeDB"),
+  density: tr("scope.powerDensity"),
 };
 
 /** Settings of the spectra: their computation and their display. */
@@ -23,9 +25,9 @@ export function SpectrumTools(props: { scope: Scope; setup: Setup; of: SpectrumS
   return (
     <>
       <Choice
-        label="Window"
+        label={tr("scope.window")}
         value={of.window}
-        title="Hann separates frequencies, flat top measures amplitudes, rectangular suits signals that begin and end within the screen"
+        title={tr("scope.hannSeparatesFrequenciesFlatTopMeasures")}
         put={(window) => change({ window: window as WindowFunction })}
       >
         {WINDOW_FUNCTIONS.map((name) => (
@@ -34,7 +36,7 @@ export function SpectrumTools(props: { scope: Scope; setup: Setup; of: SpectrumS
           </option>
         ))}
       </Choice>
-      <Choice label="Shows" value={of.amount} put={(amount) => change({ amount: amount as Amount })}>
+      <Choice label={tr("scope.shows")} value={of.amount} put={(amount) => change({ amount: amount as Amount })}>
         {AMOUNTS.map((name) => (
           <option key={name} value={name}>
             {WORDS[name]}
@@ -42,7 +44,7 @@ export function SpectrumTools(props: { scope: Scope; setup: Setup; of: SpectrumS
         ))}
       </Choice>
       <NumberField
-        label="From"
+        label={tr("scope.from")}
         unit="Hz"
         value={of.from_hz ?? 0}
         minimum={0}
@@ -50,17 +52,17 @@ export function SpectrumTools(props: { scope: Scope; setup: Setup; of: SpectrumS
         put={(from_hz) => change({ from_hz })}
       />
       <NumberField
-        label="Up to"
+        label={tr("scope.upTo")}
         unit="Hz"
         value={of.to_hz ?? 0}
         minimum={0}
         put={(to_hz) => change({ to_hz: to_hz > 0 ? to_hz : null, ...(to_hz > 0 && to_hz <= (of.from_hz ?? 0) ? { from_hz: 0 } : {}) })}
       >
-        <span className="quiet small">{of.to_hz === null ? "0: all" : ""}</span>
+        <span className="quiet small">{of.to_hz === null ? tr("scope.0All") : ""}</span>
       </NumberField>
       {((of.from_hz ?? 0) > 0 || of.to_hz !== null) && (
-        <button type="button" onClick={() => change({ from_hz: 0, to_hz: null })} title="Home, or a double click on the screen">
-          All frequencies
+        <button type="button" onClick={() => change({ from_hz: 0, to_hz: null })} title={tr("scope.homeOrADoubleClickOn")}>
+          {tr("scope.allFrequencies")}
         </button>
       )}
     </>

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useRef } from "react";
 import { count, figure, reading } from "../../design/numbers";
 import { Tag } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useForce } from "../../live/forced";
 import { useWatched } from "../../shell/context";
 import { colourOf, patternOf } from "./looks";
@@ -11,19 +13,19 @@ import { type Setup, type TraceSetup, traceId, unitOf } from "./setup";
 import { TraceMenu } from "./TraceMenu";
 
 const COLUMNS = [
-  ["newest", "now", "the newest value on the screen"],
-  ["a", "at A", "at cursor A"],
-  ["b", "at B", "at cursor B"],
-  ["ba", "B − A", "difference of the values at the cursors"],
-  ["min", "min", "minimum on the screen"],
-  ["max", "max", "maximum"],
-  ["mean", "mean", "mean of the values"],
-  ["rms", "RMS", "root of the mean square"],
-  ["deviation", "σ", "standard deviation: the root of the mean squared difference from the mean"],
-  ["pp", "p–p", "peak to peak"],
-  ["count", "values", "number of measured values"],
-  ["hz", "strongest", "the strongest frequency above 0, Hz"],
-  ["peak", "level", "level of the strongest frequency, in the unit of the axis"],
+  ["newest", tr("scope.now"), tr("scope.theNewestValueOnTheScreen")],
+  ["a", tr("scope.atA"), tr("scope.atCursorA")],
+  ["b", tr("scope.atB"), tr("scope.atCursorB")],
+  ["ba", "B − A", tr("scope.differenceOfTheValuesAtThe")],
+  ["min", tr("scope.min"), tr("scope.minimumOnTheScreen")],
+  ["max", tr("scope.max"), tr("scope.maximum")],
+  ["mean", tr("scope.mean"), tr("scope.meanOfTheValues")],
+  ["rms", tr("scope.rms"), tr("scope.rootOfTheMeanSquare")],
+  ["deviation", "σ", tr("scope.standardDeviationTheRootOfThe")],
+  ["pp", tr("scope.pp"), tr("scope.peakToPeak")],
+  ["count", tr("scope.values2"), tr("scope.numberOfMeasuredValues")],
+  ["hz", tr("scope.strongest"), tr("scope.theStrongestFrequencyAbove0Hz")],
+  ["peak", tr("scope.level2"), tr("scope.levelOfTheStrongestFrequencyIn")],
 ] as const;
 
 type Column = (typeof COLUMNS)[number][0];
@@ -50,19 +52,19 @@ export function Table(props: { scope: Scope; chosen: string | null; choose: (id:
     ([name]) => (cursors || !["a", "b", "ba"].includes(name)) && (isSpectral || !["hz", "peak"].includes(name)),
   );
   return (
-    <section className="traces scroll-x" tabIndex={0} aria-label="Traces">
+    <section className="traces scroll-x" tabIndex={0} aria-label={tr("scope.traces")}>
       <table>
         <thead>
           <tr>
-            <th>Trace</th>
-            <th>Unit</th>
+            <th>{tr("scope.trace")}</th>
+            <th>{tr("scope.unit")}</th>
             {columns.map(([name, title, about]) => (
               <th key={name} className="number" title={about}>
                 {title}
               </th>
             ))}
             <th>
-              <span className="unseen">Actions</span>
+              <span className="unseen">{tr("scope.actions")}</span>
             </th>
           </tr>
         </thead>
@@ -106,13 +108,13 @@ function TraceRows(props: {
             type="button"
             className="plain trace-name"
             aria-pressed={props.chosen === id}
-            title="Its scale is at the left of the screen"
+            title={tr("scope.itsScaleIsAtTheLeft")}
             onClick={() => props.choose(id)}
           >
             <Swatch look={trace.look} /> {id}
             {force && (
               <Tag tone="warn" title={force}>
-                forced
+                {tr("scope.forced")}
               </Tag>
             )}
           </button>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useRef } from "react";
 import { count, duration } from "../../design/numbers";
+import { tr } from "../../language/text";
 import { useWatched } from "../../shell/context";
 import type { Row } from "./messages";
 import type { Scope } from "./scope";
@@ -23,12 +25,18 @@ export function Timing(props: { scope: Scope }) {
       }
       const { unit } = timeUnit((span.to_ns - span.from_ns) / 1e9);
       if (scope.past && xy === null) {
-        axis.current.textContent = `${unit} on the system's clock; ${duration(span.to_ns - span.from_ns)} shown`;
+        axis.current.textContent = tr("scope.unitOnTheSystemSClock", { unit, to_ns: duration(span.to_ns - span.from_ns) });
         return;
       }
       const zero = span.triggered ? "trigger" : scope.stopped.get() ? "stop" : "now";
-      const said = `${unit} from the ${zero === "now" ? "newest value" : zero}`;
-      axis.current.textContent = `${xy === null ? said : `${duration(span.to_ns - span.from_ns)} shown`}; 0 is at ${secondsText(Math.round(span.origin_ns))} s`;
+      const said = tr("scope.unitFromThe", {
+        unit,
+        part: zero === "now" ? tr("scope.newestValue") : zero === "stop" ? tr("scope.stop2") : tr("scope.trigger2"),
+      });
+      axis.current.textContent = tr("scope.0IsAtOriginNsS", {
+        part: xy === null ? said : tr("scope.toNsShown", { to_ns: duration(span.to_ns - span.from_ns) }),
+        origin_ns: secondsText(Math.round(span.origin_ns)),
+      });
     };
     write();
     return scope.rows.watch(write);
@@ -36,7 +44,7 @@ export function Timing(props: { scope: Scope }) {
   return (
     <div className="timing small">
       <span className="quiet figures" ref={axis} data-testid="axis">
-        no value yet
+        {tr("scope.noValueYet")}
       </span>
       {cursors && <CursorTimes at={cursors} />}
     </div>
@@ -46,9 +54,9 @@ export function Timing(props: { scope: Scope }) {
 /** Describes the spectra, using the spectrum of the first trace that has one. */
 function spectralText(rows: readonly Row[]): string {
   const of = rows.find((row) => row.spectrum)?.spectrum;
-  if (!of) return "Hz; no spectrum yet: at least two values are required";
-  const held = of.held > 0 ? `; ${count(of.held)} of them repeat the previous value, because none came in time` : "";
-  return `Hz; of ${count(of.count)} values at ${figures(of.rate_hz)} Hz, without the mean${held}`;
+  if (!of) return tr("scope.hzNoSpectrumYetAtLeast");
+  const held = of.held > 0 ? tr("scope.heldOfThemRepeatThePrevious", { held: count(of.held) }) : "";
+  return tr("scope.hzOfCountValuesAtRate", { count: count(of.count), rate_hz: figures(of.rate_hz), held });
 }
 
 function CursorTimes(props: { at: [number, number] }) {

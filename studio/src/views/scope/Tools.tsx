@@ -2,6 +2,7 @@
 
 import { Choice } from "../../design/Choice";
 import { Refusals, Tag } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useAction, useWatched } from "../../shell/context";
 import { BesideTools } from "./BesideTools";
 import { SPANS_S, toggleCursors } from "./gestures";
@@ -14,16 +15,16 @@ import type { SweepMode } from "./signal/sweep";
 import { secondsText } from "./signal/table";
 
 const SWEEPS: { value: SweepMode; text: string; about: string }[] = [
-  { value: "roll", text: "roll", about: "the newest values, without a trigger" },
-  { value: "auto", text: "auto", about: "from trigger to trigger; the newest values if none comes" },
-  { value: "normal", text: "normal", about: "from trigger to trigger; the last one stays" },
-  { value: "single", text: "single", about: "the next trigger, then stop" },
+  { value: "roll", text: tr("scope.roll"), about: tr("scope.theNewestValuesWithoutATrigger") },
+  { value: "auto", text: tr("scope.auto"), about: tr("scope.fromTriggerToTriggerTheNewest") },
+  { value: "normal", text: tr("scope.normal"), about: tr("scope.fromTriggerToTriggerTheLast") },
+  { value: "single", text: tr("scope.single"), about: tr("scope.theNextTriggerThenStop") },
 ];
 
 const SCALES: { value: ScaleMode; text: string }[] = [
-  { value: "unit", text: "by unit" },
-  { value: "own", text: "one each" },
-  { value: "lanes", text: "lanes" },
+  { value: "unit", text: tr("scope.byUnit") },
+  { value: "own", text: tr("scope.oneEach") },
+  { value: "lanes", text: tr("scope.lanes") },
 ];
 
 /** Value that selects frequency as the x axis; it cannot be the name of a trace. */
@@ -38,14 +39,14 @@ export function Tools(props: { scope: Scope }) {
   const status = useWatched(scope.status);
   const cursors = useWatched(scope.cursors);
   return (
-    <div className="scope-tools row" role="toolbar" aria-label="Scope">
+    <div className="scope-tools row" role="toolbar" aria-label={tr("scope.scope")}>
       {!scope.past && (
         <>
-          <button type="button" aria-pressed={stopped} onClick={() => scope.stop(!stopped)} title="Space, on the screen">
-            {stopped ? "Run" : "Stop"}
+          <button type="button" aria-pressed={stopped} onClick={() => scope.stop(!stopped)} title={tr("scope.spaceOnTheScreen")}>
+            {stopped ? tr("scope.run") : tr("scope.stop")}
           </button>
           <Choice
-            label="Sweep"
+            label={tr("scope.sweep")}
             value={setup.sweep}
             title={SWEEPS.find((one) => one.value === setup.sweep)?.about}
             put={(chosen) => scope.change({ ...setup, sweep: chosen as SweepMode })}
@@ -58,13 +59,13 @@ export function Tools(props: { scope: Scope }) {
           </Choice>
           {setup.sweep === "single" && (
             <button type="button" className={status.state === "stopped" ? "primary" : ""} onClick={() => scope.arm()}>
-              Arm
+              {tr("scope.arm")}
             </button>
           )}
           <State scope={scope} />
         </>
       )}
-      <Choice label="Time" value={String(setup.span_s)} put={(chosen) => scope.change({ ...setup, span_s: Number(chosen) })}>
+      <Choice label={tr("scope.time")} value={String(setup.span_s)} put={(chosen) => scope.change({ ...setup, span_s: Number(chosen) })}>
         {[...new Set([...SPANS_S, setup.span_s])]
           .sort((a, b) => a - b)
           .map((span) => (
@@ -73,7 +74,7 @@ export function Tools(props: { scope: Scope }) {
             </option>
           ))}
       </Choice>
-      <Choice label="Scales" value={setup.scales} put={(chosen) => scope.change({ ...setup, scales: chosen as ScaleMode })}>
+      <Choice label={tr("scope.scales")} value={setup.scales} put={(chosen) => scope.change({ ...setup, scales: chosen as ScaleMode })}>
         {SCALES.map(({ value, text }) => (
           <option key={value} value={value}>
             {text}
@@ -81,7 +82,7 @@ export function Tools(props: { scope: Scope }) {
         ))}
       </Choice>
       <Choice
-        label="X axis"
+        label={tr("scope.xAxis")}
         value={setup.spectrum ? FREQUENCY : (setup.xy ?? "")}
         put={(chosen) => {
           // Cursors exist only on a time axis.
@@ -90,8 +91,8 @@ export function Tools(props: { scope: Scope }) {
           scope.change({ ...setup, xy, spectrum: chosen === FREQUENCY ? SPECTRUM : null });
         }}
       >
-        <option value="">time</option>
-        <option value={FREQUENCY}>frequency</option>
+        <option value="">{tr("scope.time2")}</option>
+        <option value={FREQUENCY}>{tr("scope.frequency")}</option>
         {setup.traces.map((trace) => (
           <option key={traceId(trace)}>{traceId(trace)}</option>
         ))}
@@ -100,10 +101,10 @@ export function Tools(props: { scope: Scope }) {
       <button
         type="button"
         aria-pressed={setup.steps}
-        title="Holds each value until the next one"
+        title={tr("scope.holdsEachValueUntilTheNext")}
         onClick={() => scope.change({ ...setup, steps: !setup.steps })}
       >
-        Steps
+        {tr("scope.steps")}
       </button>
       <button
         type="button"
@@ -111,7 +112,7 @@ export function Tools(props: { scope: Scope }) {
         disabled={setup.xy !== null || setup.spectrum !== null}
         onClick={() => toggleCursors(scope)}
       >
-        Cursors
+        {tr("scope.cursors")}
       </button>
       {scope.past ? (
         <BesideTools scope={scope} past={scope.past} />
@@ -119,15 +120,15 @@ export function Tools(props: { scope: Scope }) {
         <button
           type="button"
           aria-pressed={status.has_reference}
-          title="Keeps the present screen behind new values, for comparison"
+          title={tr("scope.keepsThePresentScreenBehindNew")}
           onClick={() => scope.reference(!status.has_reference)}
         >
-          Reference
+          {tr("scope.reference")}
         </button>
       )}
       {stopped && (
-        <button type="button" onClick={() => scope.fit()} title="Home, or a double click on the screen">
-          {scope.past ? "Whole" : "Fit"}
+        <button type="button" onClick={() => scope.fit()} title={tr("scope.homeOrADoubleClickOn")}>
+          {scope.past ? tr("scope.whole") : tr("scope.fit")}
         </button>
       )}
       <Export scope={scope} />
@@ -142,21 +143,21 @@ function State(props: { scope: Scope }) {
   return (
     <span role="status" className="state">
       {stopped ? (
-        <Tag tone="warn">stopped</Tag>
+        <Tag tone="warn">{tr("scope.stopped")}</Tag>
       ) : status.state === "rolling" ? (
-        <Tag tone="good">rolling</Tag>
+        <Tag tone="good">{tr("scope.rolling")}</Tag>
       ) : status.state === "waiting" ? (
         <Tag tone={isBlind ? "warn" : "accent"}>
           {isBlind
-            ? "waiting, but no trigger is set: choose one under Trigger"
+            ? tr("scope.waitingButNoTriggerIsSet")
             : status.triggers === 0
-              ? "waiting for trigger"
-              : `triggered ${status.triggers} ×, waiting`}
+              ? tr("scope.waitingForTrigger")
+              : tr("scope.triggeredTriggersWaiting", { triggers: status.triggers })}
         </Tag>
       ) : status.state === "collecting" ? (
-        <Tag tone="good">triggered</Tag>
+        <Tag tone="good">{tr("scope.triggered")}</Tag>
       ) : (
-        <Tag tone="warn">complete</Tag>
+        <Tag tone="warn">{tr("scope.complete")}</Tag>
       )}
     </span>
   );
@@ -174,23 +175,23 @@ function Export(props: { scope: Scope }) {
   const nothing = useWatched(scope.setup).traces.length === EMPTY.traces.length;
   return (
     <>
-      <button type="button" disabled={action.busy || nothing} onClick={() => save("csv")} title="All values in the displayed interval">
+      <button
+        type="button"
+        disabled={action.busy || nothing}
+        onClick={() => save("csv")}
+        title={tr("scope.allValuesInTheDisplayedInterval")}
+      >
         CSV
       </button>
       <button
         type="button"
         disabled={action.busy || nothing}
         onClick={() => save("mcap")}
-        title="All values in the displayed interval, for Foxglove and PlotJuggler"
+        title={tr("scope.allValuesInTheDisplayedIntervalFor")}
       >
         MCAP
       </button>
-      <button
-        type="button"
-        disabled={action.busy || nothing}
-        onClick={() => save("svg")}
-        title="The screen as vector graphics, for documents"
-      >
+      <button type="button" disabled={action.busy || nothing} onClick={() => save("svg")} title={tr("scope.theScreenAsVectorGraphicsFor")}>
         SVG
       </button>
       <Refusals of={action.refusals} />

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useState } from "react";
 import { Choice } from "../../design/Choice";
+import { tr } from "../../language/text";
 import type { Scope } from "./scope";
 import { freeLook, PLOTS_MAX, type Setup, type TraceSetup, traceId } from "./setup";
 
@@ -25,7 +27,8 @@ export function TraceMenu(props: { scope: Scope; trace: TraceSetup; setup: Setup
   return (
     <div className="trace-menu">
       <button type="button" className="plain" aria-expanded={open} onClick={() => setOpen(!open)}>
-        More<span className="unseen"> for {id}</span>
+        {tr("scope.more")}
+        <span className="unseen"> {tr("scope.forId", { id })}</span>
       </button>
       <button
         type="button"
@@ -35,17 +38,17 @@ export function TraceMenu(props: { scope: Scope; trace: TraceSetup; setup: Setup
         }
       >
         <span aria-hidden="true">×</span>
-        <span className="unseen">Remove {id}</span>
+        <span className="unseen">{tr("scope.removeId", { id })}</span>
       </button>
       {open && (
         <div className="more row">
           <button type="button" aria-pressed={trace.hidden === true} onClick={() => change({ hidden: !trace.hidden })}>
-            {trace.hidden ? "Show" : "Hide"}
+            {trace.hidden ? tr("scope.show") : tr("scope.hide")}
           </button>
           <Choice
-            label="Plot"
+            label={tr("scope.plot")}
             value={String(trace.plot ?? 0)}
-            title="Plots are stacked and share one time axis"
+            title={tr("scope.plotsAreStackedAndShareOne")}
             put={(plot) => change({ plot: Number(plot) })}
           >
             {Array.from({ length: Math.min(PLOTS_MAX, Math.max(...setup.traces.map((one) => one.plot ?? 0)) + 2) }, (_, plot) => (
@@ -58,19 +61,19 @@ export function TraceMenu(props: { scope: Scope; trace: TraceSetup; setup: Setup
           <RangeFields trace={trace} change={change} />
           {!trace.derive && trace.component !== null && (
             <button type="button" onClick={() => add({ kind: "derivative" })}>
-              Derivative
+              {tr("scope.derivative")}
             </button>
           )}
           {!trace.derive && others.length > 0 && (
             <Choice
-              label="Subtract"
+              label={tr("scope.subtract")}
               value=""
               put={(chosen) => {
                 const other = others.find((one) => traceId(one) === chosen);
                 if (other) add({ kind: "difference", less: { channel: other.channel, component: other.component ?? "" } });
               }}
             >
-              <option value="">choose a trace</option>
+              <option value="">{tr("scope.chooseATrace")}</option>
               {others.map((one) => (
                 <option key={traceId(one)}>{traceId(one)}</option>
               ))}
@@ -98,31 +101,31 @@ function RangeFields(props: { trace: TraceSetup; change: (next: Partial<TraceSet
       }}
     >
       <label className="field">
-        <span className="name">Scale from</span>
+        <span className="name">{tr("scope.scaleFrom")}</span>
         <input
           className="figure-field"
           inputMode="decimal"
           value={low}
-          placeholder="auto"
+          placeholder={tr("scope.auto")}
           onChange={(event) => setLow(event.target.value)}
         />
       </label>
       <label className="field">
-        <span className="name">to</span>
+        <span className="name">{tr("scope.to")}</span>
         <input
           className="figure-field"
           inputMode="decimal"
           value={high}
-          placeholder="auto"
+          placeholder={tr("scope.auto")}
           onChange={(event) => setHigh(event.target.value)}
         />
       </label>
       <button type="submit" disabled={!whole}>
-        Fix
+        {tr("scope.fix")}
       </button>
       {trace.range && (
         <button type="button" onClick={() => change({ range: undefined } as unknown as Partial<TraceSetup>)}>
-          Automatic
+          {tr("scope.automatic")}
         </button>
       )}
     </form>

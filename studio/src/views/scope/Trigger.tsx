@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useId } from "react";
 import { Choice } from "../../design/Choice";
 import { Panel } from "../../design/parts";
 import { TextField } from "../../design/TextField";
+import { tr, trWord } from "../../language/text";
 import { useControl, useTopic, useWatched } from "../../shell/context";
 import { NumberField } from "./NumberField";
 import type { Scope } from "./scope";
@@ -21,20 +23,25 @@ export function Trigger(props: { scope: Scope }) {
   const plain = setup.traces.filter((trace) => !trace.derive && trace.component !== null);
   const put = (trigger: TriggerSetup | null) => scope.change(withTrigger(setup, trigger));
   return (
-    <Panel title="Trigger">
+    <Panel title={tr("scope.trigger")}>
       <div className="stack tight">
-        <Choice label="On" wide value={setup.trigger?.on ?? ""} put={(chosen) => put(triggerOf(chosen, plain[0] ?? null, scope))}>
-          <option value="">nothing</option>
+        <Choice
+          label={tr("scope.on")}
+          wide
+          value={setup.trigger?.on ?? ""}
+          put={(chosen) => put(triggerOf(chosen, plain[0] ?? null, scope))}
+        >
+          <option value="">{tr("scope.nothing")}</option>
           <option value="level" disabled={plain.length === 0}>
-            a level of a trace
+            {tr("scope.aLevelOfATrace")}
           </option>
-          <option value="event">an entry of the log</option>
+          <option value="event">{tr("scope.anEntryOfTheLog")}</option>
         </Choice>
         {setup.trigger?.on === "level" && <LevelFields scope={scope} trigger={setup.trigger} traces={plain} put={put} />}
         {setup.trigger?.on === "event" && <EventFields trigger={setup.trigger} put={put} />}
         {setup.trigger && (
           <NumberField
-            label="Pretrigger"
+            label={tr("scope.pretrigger")}
             unit="ms"
             value={setup.pre_s * 1e3}
             minimum={0}
@@ -72,7 +79,7 @@ function LevelFields(props: { scope: Scope; trigger: Level; traces: TraceSetup[]
   return (
     <>
       <Choice
-        label="Trace"
+        label={tr("scope.trace")}
         wide
         value={id}
         put={(chosen) => {
@@ -85,24 +92,24 @@ function LevelFields(props: { scope: Scope; trigger: Level; traces: TraceSetup[]
           <option key={traceId(one)}>{traceId(one)}</option>
         ))}
       </Choice>
-      <Choice label="Edge" wide value={trigger.edge} put={(chosen) => put({ ...trigger, edge: chosen as Edge })}>
-        <option>rising</option>
-        <option>falling</option>
-        <option>either</option>
+      <Choice label={tr("scope.edge")} wide value={trigger.edge} put={(chosen) => put({ ...trigger, edge: chosen as Edge })}>
+        <option>{tr("scope.rising")}</option>
+        <option>{tr("scope.falling")}</option>
+        <option>{tr("scope.either")}</option>
       </Choice>
-      <NumberField label="Level" unit={unit} value={trigger.level} put={(level) => put({ ...trigger, level })}>
+      <NumberField label={tr("scope.level")} unit={unit} value={trigger.level} put={(level) => put({ ...trigger, level })}>
         {trace && (
           <button
             type="button"
             onClick={() => put({ ...trigger, level: middle(scope, trace) })}
-            title="Midway between minimum and maximum on the screen"
+            title={tr("scope.midwayBetweenMinimumAndMaximumOn")}
           >
-            Middle
+            {tr("scope.middle")}
           </button>
         )}
       </NumberField>
       <NumberField
-        label="Hysteresis"
+        label={tr("scope.hysteresis")}
         unit={unit}
         value={trigger.hysteresis}
         minimum={0}
@@ -120,18 +127,33 @@ function EventFields(props: { trigger: Event; put: (trigger: Event) => void }) {
   const names = new Set((installed?.instances ?? []).flatMap((instance) => [instance.name, instance.verb]));
   return (
     <>
-      <Choice label="Kind" wide value={trigger.kind} put={(chosen) => put({ ...trigger, kind: chosen })}>
+      <Choice label={tr("scope.kind")} wide value={trigger.kind} put={(chosen) => put({ ...trigger, kind: chosen })}>
         {KINDS.map((kind) => (
-          <option key={kind}>{kind}</option>
+          <option key={kind} value={kind}>
+            {trWord(kind)}
+          </option>
         ))}
       </Choice>
-      <TextField wide label="About" value={trigger.about} list={known} placeholder="any" commit={(about) => put({ ...trigger, about })} />
+      <TextField
+        wide
+        label={tr("scope.about")}
+        value={trigger.about}
+        list={known}
+        placeholder={tr("scope.any")}
+        commit={(about) => put({ ...trigger, about })}
+      />
       <datalist id={known}>
         {[...names].map((name) => (
           <option key={name}>{name}</option>
         ))}
       </datalist>
-      <TextField wide label="Text contains" value={trigger.text} placeholder="anything" commit={(text) => put({ ...trigger, text })} />
+      <TextField
+        wide
+        label={tr("scope.textContains")}
+        value={trigger.text}
+        placeholder={tr("scope.anything")}
+        commit={(text) => put({ ...trigger, text })}
+      />
     </>
   );
 }

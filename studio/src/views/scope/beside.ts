@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Two runs on top of each other: another recording behind the displayed one, shifted in time so that one moment of both coincides.
+
 import type { LogEntry } from "../../control/shapes";
 import type { Past } from "../../control/source";
+import { tr } from "../../language/text";
 
 /** Name of the moment at which a recording begins. */
-export const BEGINNING = "the beginning";
+export const BEGINNING = tr("scope.theBeginning");
 
 /** A recording shown behind another one for comparison. */
 export interface Beside {
@@ -32,7 +34,7 @@ export function momentsOf(past: Pick<Past, "log" | "begins_ns">): ReadonlyMap<st
 /** Returns "sway: rose" for a condition, "sway: start" for a start, and null for other entries. */
 function momentOf({ kind, about, text }: LogEntry): string | null {
   const verb = about.replace(/#\d+$/, "");
-  if (kind === "start") return `${verb}: start`;
+  if (kind === "start") return tr("scope.verbStart", { verb });
   if (kind !== "condition") return null;
   return `${verb}: ${text.replace(/ \(reported by .*$/, "")}`;
 }

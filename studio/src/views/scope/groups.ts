@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Groups of the list of values, the most useful first.
 
-export const NO_DEVICE = "of the system";
+import { tr } from "../../language/text";
+export const NO_DEVICE = tr("scope.ofTheSystem");
 
 /** Returns the title of the group of an instance's private cells. */
 export function inside(instance: string): string {
-  return `inside ${instance}`;
+  return tr("scope.insideInstance", { instance });
 }
 
 /**

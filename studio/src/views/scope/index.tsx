@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useState } from "react";
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import { count } from "../../design/numbers";
 import { Empty, Refusals } from "../../design/parts";
+import { trNodes } from "../../language/nodes";
+import { tr } from "../../language/text";
 import { useControl, useWatched } from "../../shell/context";
 import { go, useRoute } from "../../shell/route";
 import { Counts } from "./Counts";
@@ -30,7 +33,7 @@ export default function View() {
   return (
     <div className="scope">
       <Tools scope={scope} />
-      <aside className="scope-side" aria-label="Values and trigger">
+      <aside className="scope-side" aria-label={tr("scope.valuesAndTrigger")}>
         <Picker scope={scope} />
         <FormulaField scope={scope} />
         {!scope.past && <Trigger scope={scope} />}
@@ -42,10 +45,7 @@ export default function View() {
           <Screen scope={scope} chosen={chosen} />
           {none && (
             <div className="nothing">
-              <Empty title="No traces yet">
-                Find a value in the list: press <kbd>/</kbd>, type a few letters of its name, and press Enter. All its values are shown, at
-                full rate.
-              </Empty>
+              <Empty title={tr("scope.noTracesYet")}>{trNodes("scope.findAValueInTheList", { kbd: <kbd>/</kbd> })}</Empty>
             </div>
           )}
         </div>
@@ -73,7 +73,7 @@ function Span(props: { scope: Scope }) {
         <span className="figures" data-testid="values">
           {count(values)}
         </span>{" "}
-        values in view; measurements use all of them
+        {tr("scope.valuesInViewMeasurementsUseAll")}
       </span>
       {trouble && <span className="bad">{trouble}</span>}
     </div>

@@ -2,6 +2,7 @@
 // Messages between the page and the scope's worker.
 
 import type { RecordedSums as Sums } from "../../control/shapes";
+import type { Texts } from "../../language/text";
 import type { ScaleMode, TraceSetup } from "./setup";
 import type { Run, StreamChannel } from "./signal/frame";
 import type { Measures } from "./signal/measure";
@@ -65,6 +66,8 @@ export type Into = "shown" | "beside" | "whole" | "wholeBeside" | "file";
 export type Format = "csv" | "mcap" | "svg";
 
 export type ToWorker =
+  /** Texts of the page's language. */
+  | { kind: "texts"; texts: Texts; language: string }
   | { kind: "subscribed"; subscription: number; channels: StreamChannel[]; again: boolean }
   | { kind: "frame"; subscription: number; buffer: ArrayBuffer }
   | { kind: "past"; into: Into; begins: boolean; channels: StreamChannel[]; runs: Run[]; sums: Sums[][] }

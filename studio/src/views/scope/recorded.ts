@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { RecordedSpan } from "../../control/shapes";
 import type { Past } from "../../control/source";
 import { WatchedValue } from "../../control/watched";
+import { tr } from "../../language/text";
 import type { Feeding } from "./feeds";
 import type { Into, ToWorker } from "./messages";
 import type { Run, StreamChannel } from "./signal/frame";
@@ -45,7 +47,7 @@ export class RecordedFeed implements Feeding {
   want(names: readonly string[]): void {
     this.#names = names;
     const none = names.filter((name) => !this.#past.channel(name));
-    const why = (name: string): Refusal[] => [{ class: "NotRecorded", message: `'${name}' is not in the recording` }];
+    const why = (name: string): Refusal[] => [{ class: "NotRecorded", message: tr("scope.nameIsNotInTheRecording", { name }) }];
     this.refused.set(new Map(none.map((name) => [name, why(name)])));
     this.#ask();
   }

@@ -3,6 +3,7 @@
 import type { LogEntry } from "../../control/shapes";
 import type { Past, Source } from "../../control/source";
 import { WatchedValue } from "../../control/watched";
+import { presentTexts, tr } from "../../language/text";
 import { type Beside, shiftOf } from "./beside";
 import { type Feeding, Feeds } from "./feeds";
 import { keepLast, kept } from "./keeping";
@@ -65,6 +66,7 @@ export class Scope {
     this.#own = own !== null;
     this.#worker = new Worker(new URL("./worker/worker.ts", import.meta.url), { type: "module" });
     this.#worker.onmessage = (message: MessageEvent<FromWorker>) => this.#take(message.data);
+    this.#say({ kind: "texts", ...presentTexts() });
     this.past = control.past;
     const say = (message: ToWorker, transfer?: Transferable[]) => this.#say(message, transfer);
     this.#recorded = this.past && new RecordedFeed(this.past, say, (why) => this.trouble.set(why));
@@ -200,7 +202,7 @@ export class Scope {
   /** Exports the picture; CSV and MCAP contain all values in the shown span. Throws `RefusalError`, or an `Error` with an explanation. */
   async export(format: Format): Promise<Blob> {
     const span = this.span;
-    if (!span) throw new Error("nothing to export: no values received yet");
+    if (!span) throw new Error(tr("scope.nothingToExportNoValuesReceived"));
     const { from_ns, to_ns } = { from_ns: Math.ceil(span.from_ns), to_ns: Math.floor(span.to_ns) };
     const apart = this.past !== null && format !== "svg";
     if (this.past && apart) await this.#fetch(this.past, "file", from_ns, to_ns, new AbortController().signal);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Setup of a scope: its traces and their display; stored by name, sent as a link.
 
+import { tr } from "../../language/text";
 import { formula } from "./signal/formula";
 import { AMOUNTS, type SpectrumSetup, WINDOW_FUNCTIONS } from "./signal/spectrum";
 import type { SweepMode } from "./signal/sweep";
@@ -126,7 +127,12 @@ export function withFormula(setup: Setup, text: string): Setup {
   const of = names.map((name) => {
     const found = plain.find((trace) => traceId(trace) === name);
     if (!found)
-      throw new Error(`no trace '${name}' is on the screen${plain.length > 0 ? `; choose one of ${plain.map(traceId).join(", ")}` : ""}`);
+      throw new Error(
+        tr("scope.noTraceNameIsOnThe", {
+          name,
+          part: plain.length > 0 ? tr("scope.chooseOneOf", { value: plain.map(traceId).join(", ") }) : "",
+        }),
+      );
     return { channel: found.channel, component: found.component ?? "" };
   });
   const first = of[0] as { channel: string; component: string };
@@ -162,7 +168,7 @@ function parsed(text: string): unknown {
   try {
     return JSON.parse(text);
   } catch {
-    throw new Error("the link contains an incomplete setup: check that it was copied completely");
+    throw new Error(tr("scope.theLinkContainsAnIncompleteSetup"));
   }
 }
 
@@ -174,32 +180,31 @@ const SCALES = ["unit", "own", "lanes"];
 
 /** Validates a setup and adds missing members. Throws an `Error` that describes the mistake. */
 export function checked(said: unknown): Setup {
-  if (typeof said !== "object" || said === null) throw new Error("a setup of the scope must be an object");
+  if (typeof said !== "object" || said === null) throw new Error(tr("scope.aSetupOfTheScopeMust"));
   const setup = { ...EMPTY, ...said } as Setup;
   const wrong = (what: string): never => {
-    throw new Error(`the setup of the scope is invalid: ${what}`);
+    throw new Error(tr("scope.theSetupOfTheScopeIs", { what }));
   };
-  if (!Array.isArray(setup.traces)) wrong("'traces' is not a list");
+  if (!Array.isArray(setup.traces)) wrong(tr("scope.tracesIsNotAList"));
   setup.traces.forEach((trace, i) => {
-    if (typeof trace?.channel !== "string" || trace.channel === "") wrong(`trace ${i + 1} does not name a channel`);
+    if (typeof trace?.channel !== "string" || trace.channel === "") wrong(tr("scope.traceIDoesNotNameA", { i: i + 1 }));
     if (trace.plot !== undefined && !(Number.isInteger(trace.plot) && trace.plot >= 0 && trace.plot < PLOTS_MAX))
-      wrong(`the plot of trace ${i + 1} must be from 0 to ${PLOTS_MAX - 1}, not ${trace.plot}`);
+      wrong(tr("scope.thePlotOfTraceIMust", { i: i + 1, PLOTS_MAX: PLOTS_MAX - 1, plot: trace.plot }));
     if (trace.derive?.kind === "formula" && formula(String(trace.derive.text)).names.length !== trace.derive.of?.length)
-      wrong(`the names in the formula of trace ${i + 1} differ from its traces`);
+      wrong(tr("scope.theNamesInTheFormulaOf", { i: i + 1 }));
   });
-  if (!SWEEPS.includes(setup.sweep)) wrong(`'sweep' must be one of ${SWEEPS.join(", ")}, not '${setup.sweep}'`);
-  if (!SCALES.includes(setup.scales)) wrong(`'scales' must be one of ${SCALES.join(", ")}, not '${setup.scales}'`);
+  if (!SWEEPS.includes(setup.sweep)) wrong(tr("scope.sweepMustBeOneOfSWEEPS", { SWEEPS: SWEEPS.join(", "), sweep: setup.sweep }));
+  if (!SCALES.includes(setup.scales)) wrong(tr("scope.scalesMustBeOneOfSCALES", { SCALES: SCALES.join(", "), scales: setup.scales }));
   const { spectrum } = setup;
   if (spectrum && !WINDOW_FUNCTIONS.includes(spectrum.window))
-    wrong(`the window function must be one of ${WINDOW_FUNCTIONS.join(", ")}, not '${spectrum.window}'`);
+    wrong(tr("scope.theWindowFunctionMustBeOne", { WINDOW_FUNCTIONS: WINDOW_FUNCTIONS.join(", "), window: spectrum.window }));
   if (spectrum && !AMOUNTS.includes(spectrum.amount))
-    wrong(`'amount' of the spectrum must be one of ${AMOUNTS.join(", ")}, not '${spectrum.amount}'`);
-  if (spectrum && !(spectrum.to_hz === null || spectrum.to_hz > 0)) wrong(`'to_hz' must be more than 0, not ${spectrum.to_hz}`);
+    wrong(tr("scope.amountOfTheSpectrumMustBe", { AMOUNTS: AMOUNTS.join(", "), amount: spectrum.amount }));
+  if (spectrum && !(spectrum.to_hz === null || spectrum.to_hz > 0)) wrong(tr("scope.toHzMustBeMoreThan", { to_hz: spectrum.to_hz }));
   const { from_hz = 0, to_hz = null } = spectrum ?? {};
-  if (!(from_hz >= 0 && from_hz < (to_hz ?? Number.POSITIVE_INFINITY)))
-    wrong(`'from_hz' must be at least 0 and less than 'to_hz', not ${from_hz}`);
-  if (!(setup.span_s >= 1e-6 && setup.span_s <= 600)) wrong(`'span_s' must be from 0.000001 to 600, not ${setup.span_s}`);
-  if (!(setup.pre_s >= 0)) wrong(`'pre_s' must be at least 0, not ${setup.pre_s}`);
-  if (!(setup.keep_s >= 1 && setup.keep_s <= 600)) wrong(`'keep_s' must be from 1 to 600, not ${setup.keep_s}`);
+  if (!(from_hz >= 0 && from_hz < (to_hz ?? Number.POSITIVE_INFINITY))) wrong(tr("scope.fromHzMustBeAtLeast", { from_hz }));
+  if (!(setup.span_s >= 1e-6 && setup.span_s <= 600)) wrong(tr("scope.spanSMustBeFrom0", { span_s: setup.span_s }));
+  if (!(setup.pre_s >= 0)) wrong(tr("scope.preSMustBeAtLeast", { pre_s: setup.pre_s }));
+  if (!(setup.keep_s >= 1 && setup.keep_s <= 600)) wrong(tr("scope.keepSMustBeFrom1", { keep_s: setup.keep_s }));
   return { ...setup, traces: setup.traces.map((trace) => ({ ...trace, component: trace.component ?? null, look: trace.look ?? 0 })) };
 }

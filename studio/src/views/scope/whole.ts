@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import type { Past } from "../../control/source";
+import { tr } from "../../language/text";
 import { runsOf } from "./recorded";
 import type { Run, StreamChannel } from "./signal/frame";
 
@@ -38,7 +40,7 @@ export async function* wholeOf(
     most = Math.max(most, stored);
     if (came < stored) isWhole = false;
   }
-  if (most > VALUES_MAX) throw new Error(`a channel has ${most} values, but a file can hold ${VALUES_MAX}: choose a shorter interval`);
+  if (most > VALUES_MAX) throw new Error(tr("scope.aChannelHasMostValuesBut", { most, VALUES_MAX }));
   if (isWhole || to_ns <= from_ns) return yield runs;
   const parts = Math.max(2, Math.ceil(most / (COLUMNS / 2)));
   const size = Math.max(1, Math.ceil((to_ns - from_ns + 1) / parts));

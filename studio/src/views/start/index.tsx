@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useState } from "react";
 import type { Configuration, Names, Statistics } from "../../control/shapes";
 import { Empty, Panel, Tag } from "../../design/parts";
+import { trNodes } from "../../language/nodes";
+import { tr } from "../../language/text";
 import { useConfiguration } from "../../shell/configuration";
 import { useControl, useTopic } from "../../shell/context";
 import { addressOf } from "../../shell/route";
@@ -15,15 +18,13 @@ export default function Start() {
   const now = useTopic(control.topics.statistics);
   const configuration = useConfiguration();
   const names = useNames(now);
-  if (!now || !configuration || !names) return <p className="quiet wait">Waiting for the system…</p>;
+  if (!now || !configuration || !names) return <p className="quiet wait">{tr("start.waitingForTheSystem")}</p>;
   return (
     <div className="first stack">
-      <p className="lead">
-        This page shows a running system of OpenGPAC, an open real-time controller. {RIGHTS[rightsOf((role) => control.may(role))]}
-      </p>
+      <p className="lead">{tr("start.thisPageShowsARunningSystem", { RIGHTS: RIGHTS[rightsOf((role) => control.may(role))] })}</p>
       <Runs now={now} configuration={configuration} />
       <Tries configuration={configuration} names={names} />
-      <Panel title="Views">
+      <Panel title={tr("start.views")}>
         <dl className="views">
           {views
             .filter((view) => !view.alone && view.name !== "start")
@@ -36,9 +37,7 @@ export default function Start() {
               </div>
             ))}
         </dl>
-        <p className="quiet">
-          <kbd>?</kbd> lists the keys.
-        </p>
+        <p className="quiet">{trNodes("start.kbdListsTheKeys", { kbd: <kbd>?</kbd> })}</p>
       </Panel>
     </div>
   );
@@ -47,9 +46,9 @@ export default function Start() {
 type Rights = "observe" | "operate" | "configure";
 
 const RIGHTS: Record<Rights, string> = {
-  observe: "You may view everything here, but not send commands.",
-  operate: "You may view everything, start and halt installed verbs, and enable devices.",
-  configure: "You may view everything, start and halt installed verbs, enable devices, and draw and install new programs.",
+  observe: tr("start.youMayViewEverythingHereBut"),
+  operate: tr("start.youMayViewEverythingStartAnd"),
+  configure: tr("start.youMayViewEverythingStartAndHalt"),
 };
 
 function rightsOf(may: (role: Rights) => boolean): Rights {
@@ -83,18 +82,19 @@ function Runs(props: { now: Statistics; configuration: Configuration }) {
   // Verbs that support devices are listed with the devices.
   const acting = now.instances.filter((one) => one.state === "running" && one.owner === null);
   return (
-    <Panel title="Running">
+    <Panel title={tr("start.running")}>
       <ul className="facts">
         <li>
-          <a href={addressOf("system")}>{counted(Object.keys(configuration.processors).length, "processor")}</a> with{" "}
-          {counted(Object.keys(configuration.sources).length, "interrupt source")}
+          <a href={addressOf("system")}>{counted(Object.keys(configuration.processors).length, "Processors")}</a>{" "}
+          {tr("start.withCount", { count: counted(Object.keys(configuration.sources).length, "Sources") })}
         </li>
         <li>
-          <a href={addressOf("devices")}>{counted(states.length, "device")}</a>
-          {states.length > 0 && `, ${enabled} enabled`} {faults > 0 && <Tag tone="bad">{faults} in fault</Tag>}
+          <a href={addressOf("devices")}>{counted(states.length, "Devices")}</a>
+          {states.length > 0 && tr("start.enabledEnabled", { enabled })}{" "}
+          {faults > 0 && <Tag tone="bad">{tr("start.faultsInFault", { faults })}</Tag>}
         </li>
         <li>
-          <a href={addressOf("verbs")}>{counted(acting.length, "verb instance")}</a> running
+          <a href={addressOf("verbs")}>{counted(acting.length, "Instances")}</a> {tr("start.running2")}
           {acting.length > 0 && `: ${acting.map((one) => one.name).join(", ")}`}
         </li>
       </ul>
@@ -102,8 +102,8 @@ function Runs(props: { now: Statistics; configuration: Configuration }) {
   );
 }
 
-function counted(count: number, of: string): string {
-  return count === 1 ? `1 ${of}` : `${count === 0 ? "no" : count} ${of}s`;
+function counted(count: number, of: "Processors" | "Sources" | "Devices" | "Instances"): string {
+  return count === 0 ? tr(`start.no${of}`) : tr(`start.count${of}`, { count });
 }
 
 function Tries(props: { configuration: Configuration; names: Names }) {
@@ -118,12 +118,12 @@ function Tries(props: { configuration: Configuration; names: Names }) {
   });
   if (tries.length === 0)
     return (
-      <Empty title="Nothing is set up in this system yet">
-        A program brings an arm with <code>gpac.robots.load("ur5e").enable()</code>; things to try then appear here.
+      <Empty title={tr("start.nothingIsSetUpInThis")}>
+        {trNodes("start.aProgramBringsAnArmWith", { code: <code>gpac.robots.load("ur5e").enable()</code> })}
       </Empty>
     );
   return (
-    <Panel title="Things to try">
+    <Panel title={tr("start.thingsToTry")}>
       <ol className="tries">
         {tries.map((one) => (
           <li key={one.title}>

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Suggestions of the first page: things to try in this system, each with its address.
+
 import type { Configuration } from "../../control/shapes";
+import { tr } from "../../language/text";
 import { addressOf } from "../../shell/route";
 
 /** A suggestion on the start page. */
@@ -31,48 +33,48 @@ export function triesOf(known: SystemNames): Try[] {
     joint !== undefined &&
       mayOperate &&
       verbs.includes("jog") && {
-        title: "Jog a joint",
-        about: "Enable the joints, and hold + or − beside one; it moves while the button is held.",
+        title: tr("start.jogAJoint"),
+        about: tr("start.enableTheJointsAndHoldOr"),
         address: addressOf("devices", [joint]),
       },
     joint !== undefined &&
       mayOperate &&
       verbs.includes("jog_linear") && {
-        title: "Jog the tool of an arm",
-        about: "Along and about the axes of its base or of the tool: while a button is held, or by steps of a length that you choose.",
+        title: tr("start.jogTheToolOfAnArm"),
+        about: tr("start.alongAndAboutTheAxesOf"),
         address: addressOf("devices", [joint]),
       },
     joint !== undefined &&
       mayOperate &&
       verbs.includes("move_absolute") && {
-        title: "Move to a position",
-        about: "Choose the joints, enter a goal or use the present position, and press Start.",
+        title: tr("start.moveToAPosition"),
+        about: tr("start.chooseTheJointsEnterAGoal"),
         address: addressOf("verbs", ["move_absolute"]),
       },
     signal !== undefined &&
       mayConfigure && {
-        title: "Force a signal",
-        about: "Give an input or output a value of your choice, until you release it.",
+        title: tr("start.forceASignal"),
+        about: tr("start.giveAnInputOrOutputA"),
         address: addressOf("devices", [signal]),
       },
     joint !== undefined && {
-      title: "View the machine",
-      about: "In 3-D, with the path of its tool and all values of each joint.",
+      title: tr("start.viewTheMachine"),
+      about: tr("start.in3DWithThePath"),
       address: addressOf("devices"),
     },
     sensed !== undefined && {
-      title: "Watch a value",
-      about: `${sensed} on the scope, at its full rate.`,
+      title: tr("start.watchAValue"),
+      about: tr("start.sensedOnTheScopeAtIts", { sensed }),
       address: addressOf("scope", [], { names: sensed }),
     },
     Object.keys(configuration.sources).length > 0 && {
-      title: "See what runs, and when",
-      about: "Blocks and their wires with live values; load and jitter of each interrupt source.",
+      title: tr("start.seeWhatRunsAndWhen"),
+      about: tr("start.blocksAndTheirWiresWithLive"),
       address: addressOf("flow"),
     },
     mayConfigure && {
-      title: "Record",
-      about: "Save values, log and ends to a file that opens in the same views.",
+      title: tr("start.record"),
+      about: tr("start.saveValuesLogAndEndsTo"),
       address: addressOf("recordings"),
     },
   ];

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useMemo } from "react";
 import { Panel, Refusals } from "../../design/parts";
+import { tr, trWord } from "../../language/text";
 import { useControl, useTopic, useWatched } from "../../shell/context";
 import { type Connection, connectionsOf } from "./connections";
 
@@ -11,25 +13,23 @@ export function Connections() {
   const trouble = useWatched(control.topics.installed.trouble);
   const connections = useMemo(() => (installed ? connectionsOf(installed) : null), [installed]);
   return (
-    <Panel title="Interconnect">
+    <Panel title={tr("system.interconnect")}>
       <Refusals of={trouble} />
       {connections === null ? (
-        <p className="quiet">Waiting for the installed graphs…</p>
+        <p className="quiet">{tr("system.waitingForTheInstalledGraphs")}</p>
       ) : connections.length === 0 ? (
-        <p className="quiet">
-          No values are passed between interrupt sources: no block reads values that a block of another source writes.
-        </p>
+        <p className="quiet">{tr("system.noValuesArePassedBetweenInterrupt")}</p>
       ) : (
-        <div className="scroll-x" role="group" aria-label="Connections between sources" tabIndex={0}>
+        <div className="scroll-x" role="group" aria-label={tr("system.connectionsBetweenSources")} tabIndex={0}>
           <table>
             <thead>
               <tr>
-                <th scope="col">From</th>
-                <th scope="col">To</th>
+                <th scope="col">{tr("system.from")}</th>
+                <th scope="col">{tr("system.to")}</th>
                 <th scope="col" className="number">
-                  Values
+                  {tr("system.values")}
                 </th>
-                <th scope="col">Values and port modes</th>
+                <th scope="col">{tr("system.valuesAndPortModes")}</th>
               </tr>
             </thead>
             <tbody>
@@ -58,7 +58,7 @@ function Which(props: { of: Connection }) {
     return (
       <details key={mode}>
         <summary>
-          {names.length} {mode}
+          {names.length} {trWord(mode)}
         </summary>
         <span className="small">{names.join(", ")}</span>
       </details>

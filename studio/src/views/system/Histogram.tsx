@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useId } from "react";
 import { count, duration } from "../../design/numbers";
+import { tr } from "../../language/text";
 import { quantile, upperEdge } from "./sources";
 
 const WIDTH = 360;
@@ -50,7 +52,9 @@ export function Histogram(props: { title: string; bins: number[]; limit: number 
               y={HEIGHT - BOTTOM - tall(counted)}
               height={tall(counted)}
             >
-              <title>{`${duration(2 ** bin)} to ${duration(upperEdge(bin))}: ${count(counted)}`}</title>
+              <title>
+                {tr("system.binToBin2Counted", { bin: duration(2 ** bin), bin2: duration(upperEdge(bin)), counted: count(counted) })}
+              </title>
             </rect>
           ) : null,
         )}
@@ -71,11 +75,12 @@ function mark(ns: number): string {
 
 function Words(props: { bins: number[]; greatest: string }) {
   const { bins } = props;
-  if (bins.every((counted) => counted === 0)) return <span className="quiet">no values yet</span>;
+  if (bins.every((counted) => counted === 0)) return <span className="quiet">{tr("system.noValuesYet")}</span>;
   return (
     <span className="quiet">
-      half below <span className="figures">{duration(quantile(bins, 0.5))}</span>, 99.9&nbsp;% below{" "}
-      <span className="figures">{duration(quantile(bins, 0.999))}</span>, maximum <span className="figures">{props.greatest}</span>
+      {tr("system.halfBelow")} <span className="figures">{duration(quantile(bins, 0.5))}</span>
+      {tr("system.999Below")} <span className="figures">{duration(quantile(bins, 0.999))}</span>
+      {tr("system.maximum")} <span className="figures">{props.greatest}</span>
     </span>
   );
 }

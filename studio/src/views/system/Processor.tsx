@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { Fragment } from "react";
 import type { Configuration } from "../../control/shapes";
 import { count, duration, percent, period } from "../../design/numbers";
 import { Panel, Tag } from "../../design/parts";
+import { tr } from "../../language/text";
 import { Histogram } from "./Histogram";
 import { load, type SourceShown } from "./sources";
 
@@ -16,43 +18,43 @@ export function Processor(props: { name: string; about: Configuration["processor
       title={props.name}
       end={
         <>
-          <span className="quiet">{core == null ? "no dedicated core" : `core ${core}`}</span>
-          {about?.supervisor && <Tag title="the supervisor runs on the same core as this processor">supervisor</Tag>}
+          <span className="quiet">{core == null ? tr("system.noDedicatedCore") : tr("system.coreCore", { core })}</span>
+          {about?.supervisor && <Tag title={tr("system.theSupervisorRunsOnTheSame")}>{tr("system.supervisor")}</Tag>}
           <Load of={all} name={`load of ${props.name}`} />
         </>
       }
       flush
     >
       {sources.length === 0 ? (
-        <p className="quiet wait">No interrupt sources: nothing runs here.</p>
+        <p className="quiet wait">{tr("system.noInterruptSourcesNothingRunsHere")}</p>
       ) : (
-        <div className="scroll-x" role="group" aria-label="Interrupt sources" tabIndex={0}>
+        <div className="scroll-x" role="group" aria-label={tr("system.interruptSources")} tabIndex={0}>
           <table className="sources">
             <thead>
               <tr>
-                <th scope="col">Interrupt source</th>
+                <th scope="col">{tr("system.interruptSource")}</th>
                 <th scope="col" className="number">
-                  Priority
+                  {tr("system.priority")}
                 </th>
                 <th scope="col" className="number">
-                  Load
+                  {tr("system.load")}
                 </th>
                 <th scope="col" className="number">
-                  Steps
+                  {tr("system.steps")}
                 </th>
                 <th scope="col" className="number">
-                  Firings
+                  {tr("system.firings")}
                 </th>
                 <th scope="col" className="number">
-                  Overruns
+                  {tr("system.overruns")}
                 </th>
                 <th scope="col" className="number">
-                  Late
+                  {tr("system.late")}
                 </th>
                 <th scope="col" className="number">
-                  Faults
+                  {tr("system.faults")}
                 </th>
-                <th scope="col">State</th>
+                <th scope="col">{tr("system.state")}</th>
               </tr>
             </thead>
             <tbody>
@@ -76,7 +78,8 @@ function Source(props: { of: SourceShown }) {
     <>
       <tr>
         <th scope="row">
-          {of.name} <span className="quiet">{of.period_ns === null ? of.kind : `timer, ${period(of.period_ns)}`}</span>
+          {of.name}{" "}
+          <span className="quiet">{of.period_ns === null ? of.kind : tr("system.timerPeriodNs", { period_ns: period(of.period_ns) })}</span>
         </th>
         <td className="number">{of.priority}</td>
         <td className="number">{taken === null ? "–" : percent(taken)}</td>
@@ -85,19 +88,19 @@ function Source(props: { of: SourceShown }) {
         <td className={`number ${of.overruns > 0 ? "alarming" : ""}`}>{count(of.overruns)}</td>
         <td className={`number ${of.late > 0 ? "alarming" : ""}`}>{count(of.late)}</td>
         <td className={`number ${of.faults > 0 ? "alarming" : ""}`}>{count(of.faults)}</td>
-        <td>{of.stopped ? <Tag tone="bad">stopped</Tag> : <Tag tone="good">runs</Tag>}</td>
+        <td>{of.stopped ? <Tag tone="bad">{tr("system.stopped")}</Tag> : <Tag tone="good">{tr("system.runs")}</Tag>}</td>
       </tr>
       <tr>
         <td colSpan={9}>
           <div className="histograms">
             <Histogram
-              title="Duration"
+              title={tr("system.duration")}
               bins={of.duration_bins}
               limit={of.period_ns}
-              limitName="period"
+              limitName={tr("system.period")}
               greatest={greatest(of, "duration")}
             />
-            <Histogram title="Jitter" bins={of.jitter_bins} limit={null} limitName="" greatest={greatest(of, "jitter")} />
+            <Histogram title={tr("system.jitter")} bins={of.jitter_bins} limit={null} limitName="" greatest={greatest(of, "jitter")} />
           </div>
         </td>
       </tr>
@@ -107,13 +110,13 @@ function Source(props: { of: SourceShown }) {
 
 function greatest(of: SourceShown, what: "duration" | "jitter"): string {
   const most = what === "duration" ? of.duration_max_ns : of.jitter_max_ns;
-  return of.counted ? `below ${duration(most)}` : duration(most);
+  return of.counted ? tr("system.belowMost", { most: duration(most) }) : duration(most);
 }
 
 export function Load(props: { of: number; name: string }) {
   return (
     <span className="load">
-      <span className="quiet">load</span>
+      <span className="quiet">{tr("system.load2")}</span>
       <meter min={0} max={1} high={0.7} optimum={0} value={Math.min(props.of, 1)} aria-label={props.name} />
       <span className="figures">{percent(props.of)}</span>
     </span>

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { Panel, Tag } from "../../design/parts";
+import { trNodes } from "../../language/nodes";
+import { tr } from "../../language/text";
 import type { SourceShown } from "./sources";
 
 /**
@@ -11,22 +14,26 @@ export function Rights(props: { sources: SourceShown[]; supervisor: string[] }) 
   const asked = props.sources.some((source) => source.rights_asked !== undefined);
   return (
     <Panel
-      title="Real-time rights"
-      end={missing.length === 0 ? <Tag tone="good">all granted</Tag> : <Tag tone="warn">{missing.length} missing</Tag>}
+      title={tr("system.realTimeRights")}
+      end={
+        missing.length === 0 ? (
+          <Tag tone="good">{tr("system.allGranted")}</Tag>
+        ) : (
+          <Tag tone="warn">{tr("system.countMissing", { count: missing.length })}</Tag>
+        )
+      }
     >
       {missing.length === 0 ? (
-        <p>Priorities, cores and locked memory were granted as requested.</p>
+        <p>{tr("system.prioritiesCoresAndLockedMemoryWere")}</p>
       ) : (
         <>
-          <p>The system runs without these: its results are correct, but its timing depends on the machine.</p>
+          <p>{tr("system.theSystemRunsWithoutTheseIts")}</p>
           <ul className="missing">
             {missing.map((right) => (
               <li key={right}>{right}</li>
             ))}
           </ul>
-          <p className="quiet">
-            <code>opengpac doctor</code> shows what to change on this machine.
-          </p>
+          <p className="quiet">{trNodes("system.codeShowsWhatToChangeOn", { code: <code>opengpac doctor</code> })}</p>
         </>
       )}
       {asked && <Asked sources={props.sources} />}
@@ -39,17 +46,21 @@ function Asked(props: { sources: SourceShown[] }) {
     <table className="asked">
       <thead>
         <tr>
-          <th scope="col">Source</th>
-          <th scope="col">Requested</th>
-          <th scope="col">Got</th>
+          <th scope="col">{tr("system.source")}</th>
+          <th scope="col">{tr("system.requested")}</th>
+          <th scope="col">{tr("system.got")}</th>
         </tr>
       </thead>
       <tbody>
         {props.sources.map((source) => (
           <tr key={source.name}>
             <th scope="row">{source.name}</th>
-            <td>{source.rights_asked?.join(", ") || "nothing: time is virtual"}</td>
-            <td>{source.rights_missing.length === 0 ? "everything" : `all but: ${source.rights_missing.join("; ")}`}</td>
+            <td>{source.rights_asked?.join(", ") || tr("system.nothingTimeIsVirtual")}</td>
+            <td>
+              {source.rights_missing.length === 0
+                ? tr("system.everything")
+                : tr("system.allButRightsMissing", { rights_missing: source.rights_missing.join("; ") })}
+            </td>
           </tr>
         ))}
       </tbody>

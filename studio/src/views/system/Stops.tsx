@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import type { Statistics } from "../../control/shapes";
 import { Panel, Refusals, Tag } from "../../design/parts";
+import { tr } from "../../language/text";
 import { AcknowledgeAll, AlarmTable } from "../../shell/AlarmTable";
 import { useControl, useWatched } from "../../shell/context";
 import { ShelvedAlarms } from "../../shell/Shelving";
@@ -12,16 +14,13 @@ export function Stops(props: { now: Statistics }) {
   return (
     <>
       {now.emergency !== null && (
-        <Panel title="Emergency stop" end={<Tag tone="bad">latched</Tag>}>
+        <Panel title={tr("system.emergencyStop")} end={<Tag tone="bad">{tr("system.latched")}</Tag>}>
           <p>{now.emergency}</p>
-          <p className="quiet">
-            Every action has ended, and the devices are safe. Remove the cause, then press Reset at the top of the page. Nothing moves
-            automatically after that: enable the devices again one by one.
-          </p>
+          <p className="quiet">{tr("system.everyActionHasEndedAndThe")}</p>
         </Panel>
       )}
       {lost.length > 0 && (
-        <Panel title="Physical devices lost" end={<Tag tone="bad">{lost.length}</Tag>}>
+        <Panel title={tr("system.physicalDevicesLost")} end={<Tag tone="bad">{lost.length}</Tag>}>
           <ul>
             {lost.map(([name, device]) => (
               <li key={name}>
@@ -48,10 +47,10 @@ function RaisedAlarms(props: { now_s: number }) {
   return (
     <>
       <Panel
-        title="Alarms"
+        title={tr("system.alarms")}
         end={
           <>
-            <Tag tone="warn">{alarms.current.length} raised</Tag>
+            <Tag tone="warn">{tr("system.countRaised", { count: alarms.current.length })}</Tag>
             <AcknowledgeAll of={alarms.current} from={control} />
           </>
         }

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useMemo, useState } from "react";
 import type { Statistics } from "../../control/shapes";
 import { seconds } from "../../design/numbers";
 import { Empty } from "../../design/parts";
+import { trNodes } from "../../language/nodes";
+import { tr } from "../../language/text";
 import { useConfiguration } from "../../shell/configuration";
 import { useControl, useTopic } from "../../shell/context";
 import { Connections } from "./Connections";
@@ -20,22 +23,22 @@ export default function System() {
   const [baseline, setBaseline] = useState<Baseline | null>(null);
   const sources = useMemo(() => (now ? sourcesOf(now, configuration) : []), [now, configuration]);
   const shown = useMemo(() => sources.map((source) => sinceBaseline(source, baseline)), [sources, baseline]);
-  if (!now) return <p className="quiet wait">Waiting for the first statistics…</p>;
+  if (!now) return <p className="quiet wait">{tr("system.waitingForTheFirstStatistics")}</p>;
   const processors = [...new Set([...Object.keys(configuration?.processors ?? {}), ...sources.map((source) => source.processor)])];
   return (
     <div className="stack">
       <Stops now={now} />
       <div className="row">
         <p className="quiet">
-          {baseline ? `Counted since ${seconds(baseline.at_s)} on the system's clock` : "Counted since each source began"}. Duration is that
-          of a whole firing; jitter is the lateness of its start.
+          {baseline ? tr("system.countedSinceAtSOnThe", { at_s: seconds(baseline.at_s) }) : tr("system.countedSinceEachSourceBegan")}
+          {tr("system.durationIsThatOfAWhole")}
         </p>
         <button type="button" onClick={() => setBaseline({ at_s: now.now_s, of: now.sources })}>
-          Restart counting
+          {tr("system.restartCounting")}
         </button>
         {baseline && (
           <button type="button" onClick={() => setBaseline(null)}>
-            Count since start
+            {tr("system.countSinceStart")}
           </button>
         )}
       </div>
@@ -57,9 +60,11 @@ export default function System() {
 
 function NoProcessors() {
   return (
-    <Empty title="This system has no real-time processor yet">
-      A program creates one with <code>cell.processor("rtp0")</code>, and its interrupt sources with{" "}
-      <code>rtp0.timer("fast", period="1 ms", priority=80)</code>.
+    <Empty title={tr("system.thisSystemHasNoRealTime")}>
+      {trNodes("system.aProgramCreatesOneWithCode", {
+        code: <code>cell.processor("rtp0")</code>,
+        code2: <code>rtp0.timer("fast", period="1 ms", priority=80)</code>,
+      })}
     </Empty>
   );
 }
@@ -69,7 +74,8 @@ function DeviceLosses(props: { now: Statistics }) {
   if (limited.length === 0) return null;
   return (
     <p className="quiet">
-      Slew limits held writes back: {limited.map(([name, device]) => `${name} ${device.slew_limited} times`).join(", ")}.
+      {tr("system.slewLimitsHeldWritesBack")}{" "}
+      {limited.map(([name, device]) => tr("system.nameSlewLimitedTimes", { name, slew_limited: device.slew_limited })).join(", ")}.
     </p>
   );
 }

@@ -5,6 +5,7 @@ import type { Refusal } from "../../control/refusals";
 import type { FormArgument } from "../../control/shapes";
 import { Refusals } from "../../design/parts";
 import { unitText } from "../../design/units";
+import { tr, trWord } from "../../language/text";
 import { families } from "./arguments";
 
 /** Field for an argument of the verb: one device, several devices, an SVV or a channel. */
@@ -56,7 +57,7 @@ export function ArgumentField(props: {
             aria-invalid={wrong}
             onChange={(event) => choose(event.target.value ? [event.target.value] : [])}
           >
-            <option value="">choose a {of.kind}</option>
+            <option value="">{tr("verbs.chooseAKind", { kind: trWord(of.kind) })}</option>
             {options.map((name) => (
               <option key={name} value={name}>
                 {name.replace("/", ": ")}
@@ -82,9 +83,9 @@ function Group(props: {
   return (
     <fieldset className="group">
       <legend>
-        {of.name} <span className="quiet">{of.of ? `several ${of.of}` : "several devices"}</span>
+        {of.name} <span className="quiet">{of.of ? tr("verbs.severalOf", { of: of.of }) : tr("verbs.severalDevices")}</span>
       </legend>
-      {options.length === 0 && <p className="quiet">This system has no logical device of the type {of.of}.</p>}
+      {options.length === 0 && <p className="quiet">{tr("verbs.thisSystemHasNoLogicalDevice", { of: of.of })}</p>}
       {families(options).map(({ family, names }) => {
         const all = names.every((name) => chosen.includes(name));
         return (

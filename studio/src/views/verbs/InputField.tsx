@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useId } from "react";
 import type { Refusal } from "../../control/refusals";
 import type { FormInput } from "../../control/shapes";
 import { Refusals } from "../../design/parts";
 import { unitText } from "../../design/units";
+import { tr } from "../../language/text";
 import { useControl } from "../../shell/context";
 import type { Bounds } from "./bounds";
 import { degreesOf, endText, isPosition, limitsAt, limitText } from "./fields";
@@ -62,8 +64,8 @@ export function InputField(props: {
         {[
           unitText(of.unit),
           endsWithin(of, range(of, bounds)),
-          of.counted_from === null ? "" : `counted from ${of.counted_from}`,
-          of.default === null || of.default === undefined ? "" : `default ${limitText(of.default, of.unit)}`,
+          of.counted_from === null ? "" : tr("verbs.countedFromCountedFrom", { counted_from: of.counted_from }),
+          of.default === null || of.default === undefined ? "" : tr("verbs.defaultDefault", { default: limitText(of.default, of.unit) }),
           of.doc,
         ]
           .filter(Boolean)
@@ -87,7 +89,7 @@ function placeholder(of: FormInput, index: number): string {
 
 /** Describes a range. For a relative value, its sum with the current value must be within the range. */
 function endsWithin(of: FormInput, range: string): string {
-  return of.counted_from === null || range === "" ? range : `ends within ${range}`;
+  return of.counted_from === null || range === "" ? range : tr("verbs.endsWithinRange", { range });
 }
 
 function range(of: FormInput, bounds: Bounds | null): string {
@@ -98,9 +100,9 @@ function range(of: FormInput, bounds: Bounds | null): string {
     found && found.length > 0 ? endText(found[0] ?? null, of.unit) : limitText(said, null);
   const low = of_ends(bounds?.minimum, of.minimum);
   const high = of_ends(bounds?.maximum, of.maximum);
-  if (low === "") return `up to ${high}`;
-  if (high === "") return `from ${low}`;
-  return `${low} to ${high}`;
+  if (low === "") return tr("verbs.upToHigh", { high });
+  if (high === "") return tr("verbs.fromLow", { low });
+  return tr("verbs.lowToHigh", { low, high });
 }
 
 /** Buttons that fill all elements with the first one, or with the current positions of the devices. */
@@ -114,17 +116,17 @@ function Fill(props: { of: FormInput; devices: string[]; texts: string[]; write:
       {texts.length > 1 && (
         <button
           type="button"
-          title="Use the first value for all"
+          title={tr("verbs.useTheFirstValueForAll")}
           disabled={!texts[0]}
           onClick={() => write(texts.map(() => texts[0] ?? ""))}
         >
-          Same for all
+          {tr("verbs.sameForAll")}
         </button>
       )}
       {positions && (
         <button
           type="button"
-          title="Use the present values of the devices"
+          title={tr("verbs.useThePresentValuesOfThe")}
           onClick={() => {
             const names = devices.map((device) => `${device}.sensed`);
             void control.look("read", { names }).then(
@@ -134,7 +136,7 @@ function Fill(props: { of: FormInput; devices: string[]; texts: string[]; write:
             );
           }}
         >
-          Present
+          {tr("verbs.present")}
         </button>
       )}
     </div>

@@ -4,6 +4,7 @@ import { useMemo } from "react";
 import { worded } from "../../control/wording";
 import { seconds } from "../../design/numbers";
 import { Panel, Tag } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useControl, useTopic } from "../../shell/context";
 import { ReportTable } from "../../shell/ReportTable";
 
@@ -22,9 +23,9 @@ export function Reports(props: { verb: string }) {
     [ends, props.verb],
   );
   return (
-    <Panel title="End reports">
+    <Panel title={tr("verbs.endReports")}>
       {reports.length === 0 ? (
-        <p className="quiet">No start has ended yet.</p>
+        <p className="quiet">{tr("verbs.noStartHasEndedYet")}</p>
       ) : (
         <ul className="reports">
           {reports.map(({ number, report }) => (
@@ -33,7 +34,8 @@ export function Reports(props: { verb: string }) {
                 <summary>
                   <span className="figures">{seconds(report.time_s)}</span> {report.instance}{" "}
                   <Tag tone={report.normal ? "good" : "bad"}>{report.condition}</Tag>{" "}
-                  <span className="quiet">after {seconds(report.time_s - report.started_s)}</span> {worded(report.message)}
+                  <span className="quiet">{tr("verbs.afterTimeS", { time_s: seconds(report.time_s - report.started_s) })}</span>{" "}
+                  {worded(report.message)}
                 </summary>
                 <ReportTable of={report} />
               </details>

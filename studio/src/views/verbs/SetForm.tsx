@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useState } from "react";
 import type { FormInput, InstalledInstance, Value, VerbForm } from "../../control/shapes";
 import { Refusals } from "../../design/parts";
 import { unitText } from "../../design/units";
+import { tr } from "../../language/text";
 import { useAction, useControl } from "../../shell/context";
 import { unitOf } from "../flow/installed/units";
 import { presentText, valueFrom, wrongText } from "./fields";
@@ -51,12 +53,12 @@ export function SetForm(props: { form: VerbForm; instance: InstalledInstance }) 
           <span className="quiet">
             {input.type_text}
             {input.unit ? `, ${unitText(unitOf(props.instance, input.unit))}` : ""}
-            {changed.includes(input) && present(input) !== "" ? `, now ${present(input)}` : ""}
+            {changed.includes(input) && present(input) !== "" ? tr("verbs.nowInput", { input: present(input) }) : ""}
           </span>
         </label>
       ))}
       <button type="submit" disabled={action.busy || changed.length === 0}>
-        Change
+        {tr("verbs.change")}
       </button>
       {wrong && (
         <p className="wrong" role="alert">

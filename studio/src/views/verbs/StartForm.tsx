@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useId, useMemo, useState } from "react";
 import { isLate } from "../../control/late";
 import { RefusalError } from "../../control/refusals";
 import type { InstalledInstance, Value, VerbForm } from "../../control/shapes";
 import { Panel, Refusals } from "../../design/parts";
 import { durationNs, type ReadResult } from "../../design/quantities";
+import { tr } from "../../language/text";
 import { useConfiguration } from "../../shell/configuration";
 import { useAction, useControl } from "../../shell/context";
 import { ArgumentField } from "./ArgumentField";
@@ -30,7 +32,7 @@ const written = new Map<string, FilledForm>();
 const kept = new Map<string, { application: string; instance: number }>();
 
 /** Key of the time limit; it cannot be the name of an input. */
-const TIME_LIMIT = "time limit";
+const TIME_LIMIT = tr("verbs.timeLimit");
 
 /** Form that starts a verb: its arguments, its inputs, and its placement. Refusals are shown next to the fields concerned. */
 export function StartForm(props: { form: VerbForm; instances: InstalledInstance[] }) {
@@ -69,13 +71,15 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
         continue;
       }
       const value = size === null ? valueFrom(typed[0] ?? "", input.type_text) : arrayOf(fill(typed, size), input.type_text);
-      if (size !== null && gaps(fill(typed, size)).length > 0) absent[input.name] = "enter a value for each, or for none";
+      if (size !== null && gaps(fill(typed, size)).length > 0) absent[input.name] = tr("verbs.enterAValueForEachOr");
       else if (value !== undefined) values[input.name] = value;
-      else if (input.required) absent[input.name] = "enter a value";
+      else if (input.required) absent[input.name] = tr("verbs.enterAValue");
     }
     for (const argument of form.arguments) {
       if ((choices[argument.name] ?? []).length === 0)
-        absent[argument.name] = `choose ${argument.kind === "group" ? "devices" : `a ${argument.kind}`}`;
+        absent[argument.name] = tr("verbs.choose", {
+          part: argument.kind === "group" ? tr("verbs.devices") : tr("verbs.aKind", { kind: argument.kind }),
+        });
     }
     const time = limitOf(limit);
     if (time.wrong !== undefined) absent[TIME_LIMIT] = time.wrong;
@@ -111,7 +115,7 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
   };
 
   return (
-    <Panel title={`Start ${form.name}`}>
+    <Panel title={tr("verbs.startName", { name: form.name })}>
       <form
         className="start stack"
         data-commands
@@ -145,19 +149,19 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
           />
         ))}
         <div className="row">
-          <label htmlFor={timeLimit}>Time limit</label>
+          <label htmlFor={timeLimit}>{tr("verbs.timeLimit2")}</label>
           <input
             id={timeLimit}
             size={6}
             value={limit}
-            placeholder="none"
+            placeholder={tr("verbs.none")}
             aria-invalid={missing[TIME_LIMIT] !== undefined}
             onChange={(event) => write({ limit: event.target.value })}
           />
-          <span className="quiet">s, or with its unit: 500 ms</span>
-          <label htmlFor={where}>runs on</label>
+          <span className="quiet">{tr("verbs.sOrWithItsUnit500")}</span>
+          <label htmlFor={where}>{tr("verbs.runsOn")}</label>
           <select id={where} value={source} onChange={(event) => write({ source: event.target.value })}>
-            <option value="">chosen by the system</option>
+            <option value="">{tr("verbs.chosenByTheSystem")}</option>
             {Object.keys(configuration?.sources ?? {}).map((name) => (
               <option key={name}>{name}</option>
             ))}
@@ -165,17 +169,17 @@ export function StartForm(props: { form: VerbForm; instances: InstalledInstance[
         </div>
         {missing[TIME_LIMIT] && (
           <p className="wrong" role="alert">
-            Time limit: {missing[TIME_LIMIT]}
+            {tr("verbs.timeLimitMissing", { missing: missing[TIME_LIMIT] })}
           </p>
         )}
         <div className="actions">
           <Refusals of={rest} />
           <div className="row">
             <button type="button" className="clear" disabled={filled === EMPTY} onClick={() => write(EMPTY)}>
-              Clear
+              {tr("verbs.clear")}
             </button>
             <button type="submit" className="primary" disabled={action.busy}>
-              Start
+              {tr("verbs.start")}
             </button>
           </div>
         </div>
@@ -189,7 +193,7 @@ export function limitOf(text: string): ReadResult<number | null> {
   if (text.trim() === "") return { value: null };
   const read = durationNs(text, "s");
   if (read.wrong !== undefined || read.value > 0) return read;
-  return { wrong: `'${text.trim()}' is not a valid time limit: it must be more than 0` };
+  return { wrong: tr("verbs.textIsNotAValidTime", { text: text.trim() }) };
 }
 
 function fill(texts: string[], size: number): string[] {

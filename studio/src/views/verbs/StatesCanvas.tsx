@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import {
   Background,
   BaseEdge,
@@ -14,6 +15,7 @@ import {
   ReactFlow,
   useReactFlow,
 } from "@xyflow/react";
+import { tr } from "../../language/text";
 import "@xyflow/react/dist/style.css";
 import { memo, useEffect, useId, useMemo, useRef, useState } from "react";
 import { nodeId, nodeName } from "../../design/nodeIds";
@@ -49,7 +51,7 @@ const ListBox = memo(function ListBox(props: NodeProps<StateNode>) {
       <Handles />
       <strong>{shortName(box.name, box.within)}</strong>
       {ending && <span className="quiet">{ENDING}</span>}
-      {wrong.length > 0 && <span className="quiet"> {wrong.length === 1 ? "1 finding" : `${wrong.length} findings`}</span>}
+      {wrong.length > 0 && <span className="quiet"> {tr("verbs.countFindings", { count: wrong.length })}</span>}
       {commands.map((text, index) => (
         // biome-ignore lint/suspicious/noArrayIndexKey: the same command may stand twice
         <div key={index} className="command">
@@ -107,7 +109,7 @@ function RouteView(props: EdgeProps<Route>) {
           {data.conditions.map((one) => (
             <div key={one.name} className={one.raises ? "raises" : ""}>
               {one.name}
-              {one.raises ? " (raises)" : ""}
+              {one.raises ? ` ${tr("verbs.raises")}` : ""}
             </div>
           ))}
         </div>
@@ -224,7 +226,7 @@ export function StatesCanvas(props: {
       {edit && (
         <>
           <Background gap={20} />
-          <Controls showInteractive={false} aria-label="Zoom" />
+          <Controls showInteractive={false} aria-label={tr("verbs.zoom")} />
           <Fitting of={`${picture.width} ${picture.height}`} />
         </>
       )}
@@ -232,7 +234,12 @@ export function StatesCanvas(props: {
   );
   if (edit) return <div className="canvas states">{canvas}</div>;
   return (
-    <div className="scroll-x states" role="group" aria-label={present ? `State diagram; ${present} runs` : "State diagram"} tabIndex={0}>
+    <div
+      className="scroll-x states"
+      role="group"
+      aria-label={present ? tr("verbs.stateDiagramPresentRuns", { present }) : tr("verbs.stateDiagram")}
+      tabIndex={0}
+    >
       <Told shape={shape} />
       <div className="picture" style={picture}>
         {laid && canvas}
@@ -261,7 +268,8 @@ function Told(props: { shape: Shape }) {
     <ul className="unseen" id={words}>
       {arrowsOf(props.shape).map((arrow) => (
         <li key={`${arrow.from} ${arrow.to}`}>
-          {arrow.from}: {arrow.conditions.map((one) => one.name).join(", ")} {arrow.to === null ? "ends the verb" : `leads to ${arrow.to}`}
+          {arrow.from}: {arrow.conditions.map((one) => one.name).join(", ")}{" "}
+          {arrow.to === null ? tr("verbs.endsTheVerb") : tr("verbs.leadsToTo", { to: arrow.to })}
         </li>
       ))}
     </ul>
@@ -310,7 +318,9 @@ function nodesOf(
       focusable: isState && edit !== undefined,
       draggable: box.kind === "list" && edit?.move !== undefined,
       // Elements that cannot have the focus have no label: the list of arrows describes them.
-      ...(isState && edit ? { ariaLabel: box.kind === "part" ? `part ${box.name}` : `command list ${box.name}` } : {}),
+      ...(isState && edit
+        ? { ariaLabel: box.kind === "part" ? tr("verbs.partName", { name: box.name }) : tr("verbs.commandListName", { name: box.name }) }
+        : {}),
     };
     return box.within === null ? made : { ...made, parentId: nodeId(`${PART}${box.within}`) };
   });
@@ -349,7 +359,7 @@ function edgesOf(
       zIndex: 1,
       markerEnd: { type: MarkerType.ArrowClosed, width: 18, height: 18, markerUnits: "userSpaceOnUse" },
       className: `arrow ${arrow.to === null ? "ends" : ""} ${isTaken ? "taken" : ""} ${wrong ? "wrong" : ""}`,
-      ariaLabel: `from ${arrow.from} to ${arrow.to ?? "the end"}: ${text}`,
+      ariaLabel: tr("verbs.fromFromToText", { from: arrow.from, part: arrow.to ?? tr("verbs.theEnd"), text }),
     };
     if (route && !isMoved(arrow.from) && !isMoved(arrow.to ?? ""))
       return [{ ...common, type: "route", data: { path: route.path, at: route.label ?? { x: 0, y: 0 }, conditions: arrow.conditions } }];

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useMemo } from "react";
 import type { InstalledInstance, VerbSummary } from "../../control/shapes";
 import { Empty, Panel, Refusals, Tag } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useControl } from "../../shell/context";
 import { useForm } from "./form";
 import { History } from "./History";
@@ -29,12 +31,12 @@ export function VerbDetail(props: { verb: VerbSummary; instances: InstalledInsta
       <div>
         <div className="row">
           <h2>{verb.name}</h2>
-          {verb.supports.length > 0 && <Tag>keeps {verb.supports.join(", ")} going</Tag>}
+          {verb.supports.length > 0 && <Tag>{tr("verbs.keepsSupportsGoing", { supports: verb.supports.join(", ") })}</Tag>}
         </div>
         <p>{first}</p>
         {more.length > 0 && (
           <details>
-            <summary>More</summary>
+            <summary>{tr("verbs.more")}</summary>
             {more.map((paragraph) => (
               <p key={paragraph}>{paragraph}</p>
             ))}
@@ -43,25 +45,26 @@ export function VerbDetail(props: { verb: VerbSummary; instances: InstalledInsta
       </div>
       <Refusals of={refusals} />
       <div className="verb-columns">
-        <Panel title={shown ? `Command lists of ${shown.name}` : "Command lists"} end={runs && <Tag tone="accent">{shown.list} runs</Tag>}>
+        <Panel
+          title={shown ? tr("verbs.commandListsOfName", { name: shown.name }) : tr("verbs.commandLists")}
+          end={runs && <Tag tone="accent">{tr("verbs.listRuns", { list: shown.list })}</Tag>}
+        >
           {shape ? (
             <StatesCanvas shape={shape} present={runs ? shown.list : null} last={last} />
           ) : (
-            <p className="quiet">Waiting for its definition…</p>
+            <p className="quiet">{tr("verbs.waitingForItsDefinition")}</p>
           )}
         </Panel>
         <div className="stack">
           <Instances of={instances} shown={shown?.name ?? null} form={form} />
           {verb.supports.length > 0 ? (
-            <Panel title="Start">
-              <Empty title="Started by devices">It runs while a device of its type is enabled; see Devices.</Empty>
+            <Panel title={tr("verbs.start")}>
+              <Empty title={tr("verbs.startedByDevices")}>{tr("verbs.itRunsWhileADeviceOf")}</Empty>
             </Panel>
           ) : !control.may("operate") ? (
-            <Panel title="Start">
-              <Empty title="Starting is not possible">
-                {control.past || control !== control.origin
-                  ? "The display is not live: return to Live."
-                  : "This page may only observe: its token has the role 'observe', but starting requires 'operate'."}
+            <Panel title={tr("verbs.start")}>
+              <Empty title={tr("verbs.startingIsNotPossible")}>
+                {control.past || control !== control.origin ? tr("verbs.theDisplayIsNotLiveReturn") : tr("verbs.thisPageMayOnlyObserveIts")}
               </Empty>
             </Panel>
           ) : (

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import type { InstalledInstance, VerbSummary } from "../../control/shapes";
 import { Name, Tag } from "../../design/parts";
+import { tr, trWord } from "../../language/text";
 import { addressOf } from "../../shell/route";
 import { stateTone } from "./stateTone";
 
@@ -16,9 +18,9 @@ export function VerbList(props: { verbs: VerbSummary[]; instances: InstalledInst
   const actions = props.verbs.filter((verb) => !isKeeping(verb));
   const keeping = props.verbs.filter(isKeeping);
   return (
-    <nav className="panel verb-list" aria-label="Verbs">
-      <Part title="Verbs" {...props} verbs={actions} />
-      <Part title="Device servos" {...props} verbs={keeping} />
+    <nav className="panel verb-list" aria-label={tr("verbs.verbs")}>
+      <Part title={tr("verbs.verbs")} {...props} verbs={actions} />
+      <Part title={tr("verbs.deviceServos")} {...props} verbs={keeping} />
     </nav>
   );
 }
@@ -46,7 +48,7 @@ function Part(props: { title: string; verbs: VerbSummary[]; instances: Installed
                 {[...counts].map(([state, count]) => (
                   <Tag key={state} tone={stateTone(state)}>
                     {count > 1 ? `${count} ` : ""}
-                    {state}
+                    {trWord(state)}
                   </Tag>
                 ))}
               </a>

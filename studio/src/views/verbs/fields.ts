@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Converts form input to the arguments of a start. Units and limits are checked by the system: text with a unit ("90 deg", "30 %") is sent
 // unchanged.
+
 import type { Refusal } from "../../control/refusals";
 import type { Value } from "../../control/shapes";
 import { commaIn, numberIn } from "../../design/quantities";
 import { unitText } from "../../design/units";
+import { tr } from "../../language/text";
 
 /** Returns the number of elements of an input: six for `double[6]`, the number of chosen devices for `double[n]`, null for a scalar. */
 export function elements(type_text: string, devices: number): number | null {
@@ -45,14 +47,13 @@ export function presentText(value: Value | undefined): string {
 export function wrongText(text: string, type_text: string): string | null {
   const written = text.trim();
   if (written === "") return null;
-  if (/^bool/.test(type_text))
-    return written === "true" || written === "false" ? null : `'${written}' is not a boolean: write true or false`;
+  if (/^bool/.test(type_text)) return written === "true" || written === "false" ? null : tr("verbs.writtenIsNotABooleanWrite", { written });
   if (/^[[{]/.test(written)) {
     try {
       JSON.parse(written);
       return null;
     } catch {
-      return `'${written}' is neither a list nor a table: write [1, 2], for example`;
+      return tr("verbs.writtenIsNeitherAListNor", { written });
     }
   }
   return commaIn(written);
@@ -112,7 +113,7 @@ export function endText(value: Value, unit: string | null): string {
 export function limitsAt(bounds: { minimum: Value[]; maximum: Value[] } | null, index: number, unit: string | null): string {
   if (!bounds || (bounds.minimum.length <= 1 && bounds.maximum.length <= 1)) return "";
   const at = (ends: Value[]) => endText((ends.length > 1 ? ends[index] : ends[0]) ?? null, unit);
-  return `${at(bounds.minimum)} to ${at(bounds.maximum)}`;
+  return tr("verbs.minimumToMaximum", { minimum: at(bounds.minimum), maximum: at(bounds.maximum) });
 }
 
 /** Splits refusals into those that name an input or argument, and all others. */

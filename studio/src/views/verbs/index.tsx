@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useMemo, useRef, useState } from "react";
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { VerbSummary } from "../../control/shapes";
 import { Empty, Refusals } from "../../design/parts";
+import { trNodes } from "../../language/nodes";
+import { tr } from "../../language/text";
 import { useControl, useTopic, useWatched } from "../../shell/context";
 import { useRoute } from "../../shell/route";
 import { VerbDetail } from "./VerbDetail";
@@ -22,7 +25,7 @@ export default function Verbs() {
   const first = useRef<string | null>(null);
   const instances = useMemo(() => installed?.instances ?? [], [installed]);
   if (verbs === null || installed === null) {
-    return refusals.length > 0 ? <Refusals of={refusals} /> : <p className="quiet wait">Waiting for the verbs…</p>;
+    return refusals.length > 0 ? <Refusals of={refusals} /> : <p className="quiet wait">{tr("verbs.waitingForTheVerbs")}</p>;
   }
   // Without a selection: the newest running verb that does not support a device.
   const running = instances.filter((one) => one.owner === null && one.state === "running").at(-1);
@@ -38,12 +41,11 @@ export default function Verbs() {
         {verb ? (
           <VerbDetail key={verb.name} verb={verb} instances={instances.filter((one) => one.verb === verb.name)} chosen={path[1] ?? null} />
         ) : verbs.length === 0 ? (
-          <Empty title="No verbs defined yet">
-            A program defines verbs when it first uses them: <code>gpac.motion.move_absolute(arm, goal)</code>. Or draw one in the view Data
-            flow.
+          <Empty title={tr("verbs.noVerbsDefinedYet")}>
+            {trNodes("verbs.aProgramDefinesVerbsWhenIt", { code: <code>gpac.motion.move_absolute(arm, goal)</code> })}
           </Empty>
         ) : (
-          <Empty title={`Verb '${chosen}' does not exist`}>Choose one from the list.</Empty>
+          <Empty title={tr("verbs.verbChosenDoesNotExist", { chosen })}>{tr("verbs.chooseOneFromTheList")}</Empty>
         )}
       </div>
     </div>

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shape of a verb for its diagram, from an installed instance or from its definition.
+
 import type { InstalledInstance } from "../../control/shapes";
 import { period } from "../../design/numbers";
+import { tr } from "../../language/text";
 
 /** Part of a composed verb: a state that contains other states. */
 export interface Superstate {
@@ -95,10 +97,10 @@ function prefixes(name: string): string[] {
 /** Describes a command in the system's terminology. */
 export function commandText(command: Command): string {
   if (command.command === "wait") {
-    if (command.conditions?.length) return `wait for ${command.conditions.join(" or ")}`;
-    return command.time_ns ? `wait ${period(command.time_ns)}` : "wait until nothing is active";
+    if (command.conditions?.length) return tr("verbs.waitForConditions", { conditions: command.conditions.join(` ${tr("verbs.or")} `) });
+    return command.time_ns ? tr("verbs.waitTimeNs", { time_ns: period(command.time_ns) }) : tr("verbs.waitUntilNothingIsActive");
   }
-  const every = command.every_ns ? ` every ${period(command.every_ns)}` : "";
+  const every = command.every_ns ? ` ${tr("verbs.everyEveryNs", { every_ns: period(command.every_ns) })}` : "";
   return `${command.command} ${command.block ?? command.blocks?.join(", ") ?? ""}${every}`.trim();
 }
 

@@ -1,13 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Layout of the boxes and arrows of a state diagram, by elkjs, which is loaded when it is first needed.
+
 import type { ElkNode } from "elkjs/lib/elk-api";
 import { elk } from "../../design/elk";
+import { tr } from "../../language/text";
 import { type Arrow, arrowsOf, type Shape } from "./shape";
 
 export const START = "(start)";
 export const END = "(end)";
 /** Text appended to the name of the list that runs at every end. */
-export const ENDING = " (at every end)";
+export const ENDING = ` ${tr("verbs.atEveryEnd")}`;
 const PART = "part:";
 const LETTER = 6.8;
 const LINE = 15;

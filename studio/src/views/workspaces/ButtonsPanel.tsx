@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import type { Button } from "../../control/shapes";
 import { Refusals, Tag } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useAction, useControl, useTopic } from "../../shell/context";
 import { instanceNameOf, start, stateOf } from "./starting";
 
@@ -40,13 +42,13 @@ function VerbButton(props: { of: Button; workspace: string }) {
       <button
         type="button"
         className="halt"
-        aria-label={`Halt ${of.label}`}
+        aria-label={tr("workspaces.haltLabel", { label: of.label })}
         disabled={!may || !state.isLive || instance === null}
         onClick={() => instance && action.run(() => control.stop("halt", { instance: instance.id }))}
       >
-        Halt
+        {tr("workspaces.halt")}
       </button>
-      {isLatched ? <Tag tone="bad">emergency stop</Tag> : <Tag tone={state.tone}>{state.text}</Tag>}
+      {isLatched ? <Tag tone="bad">{tr("workspaces.emergencyStop")}</Tag> : <Tag tone={state.tone}>{state.text}</Tag>}
       <Refusals of={action.refusals} />
     </li>
   );

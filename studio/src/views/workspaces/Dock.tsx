@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useCallback, useState } from "react";
 import { Separator, type TabDropTarget, type TabNode, type TabsetNode, useWorkspaceRef, Workspace } from "react-resizable-panels";
 import type { Region } from "../../control/shapes";
 import { Empty } from "../../design/parts";
+import { tr, trWord } from "../../language/text";
 import { freshId, headingOf, layoutOf, modelOf, NOTHING, tabsetsOf } from "./layout";
 import { PanelBody } from "./PanelBody";
 import { PanelForm } from "./PanelForm";
@@ -31,11 +33,9 @@ export function Dock(props: { layout: Region | null; workspace: string; editing:
       {editing && (
         <div className="row">
           <button type="button" onClick={() => setComposed({ of: null, target: null, id: null })}>
-            Add panel
+            {tr("workspaces.addPanel")}
           </button>
-          <span className="quiet small">
-            Drag a panel by its heading. Drag a divider between two, or move it with the arrow keys. “Move…” works by keyboard.
-          </span>
+          <span className="quiet small">{tr("workspaces.dragAPanelByItsHeading")}</span>
         </div>
       )}
       {editing && composed && (
@@ -70,11 +70,15 @@ export function Dock(props: { layout: Region | null; workspace: string; editing:
         renderSeparator={(orientation) => (
           <Separator
             className={`docked-separator ${orientation}`}
-            aria-label={orientation === "horizontal" ? "Width of the panels beside it" : "Height of the panels above and below it"}
+            aria-label={
+              orientation === "horizontal" ? tr("workspaces.widthOfThePanelsBesideIt") : tr("workspaces.heightOfThePanelsAboveAnd")
+            }
           />
         )}
         renderEmptyTabset={() => (
-          <Empty title="No panels yet">{editing ? "Add one with “Add panel”." : "Press “Edit” to add panels to this workspace."}</Empty>
+          <Empty title={tr("workspaces.noPanelsYet")}>
+            {editing ? tr("workspaces.addOneWithAddPanel") : tr("workspaces.pressEditToAddPanelsTo")}
+          </Empty>
         )}
         renderTabsetToolbar={(tabset) =>
           editing && tabset.tabs.length > 0 ? (
@@ -94,7 +98,13 @@ export function Dock(props: { layout: Region | null; workspace: string; editing:
 }
 
 const SIDES = ["right", "bottom", "left", "top"] as const;
-const SAID = { right: "right of it", bottom: "below it", left: "left of it", top: "above it", center: "as a tab" };
+const SAID = {
+  right: tr("workspaces.rightOfIt"),
+  bottom: tr("workspaces.belowIt"),
+  left: tr("workspaces.leftOfIt"),
+  top: tr("workspaces.aboveIt"),
+  center: tr("workspaces.asATab"),
+};
 
 /** Actions on the visible panel of a tabset: split, edit, move, remove. */
 function TabsetTools(props: {
@@ -117,21 +127,21 @@ function TabsetTools(props: {
   return (
     <>
       <select
-        aria-label={`Split beside ${name}`}
+        aria-label={tr("workspaces.splitBesideName", { name })}
         value=""
         onChange={(event) => props.compose({ tabsetId: of.id, region: event.target.value as (typeof SIDES)[number] | "center" })}
       >
-        <option value="">Split…</option>
+        <option value="">{tr("workspaces.split")}</option>
         {[...SIDES, "center" as const].map((region) => (
           <option key={region} value={region}>
-            a new panel {SAID[region]}
+            {tr("workspaces.aNewPanelSAID", { SAID: SAID[region] })}
           </option>
         ))}
       </select>
-      <select aria-label={`Move ${name}`} value="" onChange={(event) => act(event.target.value)}>
-        <option value="">Move…</option>
+      <select aria-label={tr("workspaces.moveName", { name })} value="" onChange={(event) => act(event.target.value)}>
+        <option value="">{tr("workspaces.move")}</option>
         {places.map((place) => (
-          <optgroup key={place.id} label={place.tabs[0]?.title ?? "empty place"}>
+          <optgroup key={place.id} label={place.tabs[0]?.title ?? tr("workspaces.emptyPlace")}>
             {[...SIDES, ...(place.id === of.id ? [] : ["center" as const])].map((region) => (
               <option key={region} value={JSON.stringify({ tabsetId: place.id, region })}>
                 {SAID[region]}
@@ -139,19 +149,19 @@ function TabsetTools(props: {
             ))}
           </optgroup>
         ))}
-        <optgroup label="Workspace">
+        <optgroup label={tr("workspaces.workspace")}>
           {SIDES.map((edge) => (
             <option key={edge} value={JSON.stringify({ edge })}>
-              to its {edge} edge
+              {tr("workspaces.toItsEdgeEdge", { edge: trWord(edge) })}
             </option>
           ))}
         </optgroup>
       </select>
-      <button type="button" aria-label={`Edit ${name}`} onClick={() => props.edit(tab)}>
-        Edit
+      <button type="button" aria-label={tr("workspaces.editName", { name })} onClick={() => props.edit(tab)}>
+        {tr("workspaces.edit")}
       </button>
-      <button type="button" aria-label={`Remove ${name}`} onClick={() => props.remove(tab)}>
-        Remove
+      <button type="button" aria-label={tr("workspaces.removeName", { name })} onClick={() => props.remove(tab)}>
+        {tr("workspaces.remove")}
       </button>
     </>
   );

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useRef } from "react";
 import type { Workspace } from "../../control/shapes";
 import { Refusals } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useAction, useLive } from "../../shell/context";
 import { go } from "../../shell/route";
 import { fromFile } from "./file";
@@ -23,7 +25,7 @@ export function Import() {
   return (
     <>
       <button type="button" onClick={() => input.current?.click()}>
-        Open file…
+        {tr("workspaces.openFile")}
       </button>
       <input
         ref={input}
@@ -31,7 +33,7 @@ export function Import() {
         accept=".json"
         className="unseen"
         tabIndex={-1}
-        aria-label="File of a workspace"
+        aria-label={tr("workspaces.fileOfAWorkspace")}
         onChange={(event) => {
           const file = event.target.files?.[0];
           event.target.value = "";

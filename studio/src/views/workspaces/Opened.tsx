@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useState } from "react";
 import type { Region, Workspace, WorkspaceAbout } from "../../control/shapes";
 import { Empty, Refusals } from "../../design/parts";
 import { saveText } from "../../design/saveText";
+import { tr } from "../../language/text";
 import { useAction, useLive } from "../../shell/context";
 import { addressOf, go } from "../../shell/route";
 import { Dock } from "./Dock";
@@ -32,7 +34,7 @@ export function Opened(props: { name: string; about: WorkspaceAbout | null; look
   }, [about, draft]);
   const shown = draft ?? kept ?? (about === null ? { name, layout: {} } : null);
   const findings = useFindings(shown && hasPanels(shown.layout) ? shown : null);
-  if (!shown) return refusals.length > 0 ? <Refusals of={refusals} /> : <p className="quiet wait">Loading…</p>;
+  if (!shown) return refusals.length > 0 ? <Refusals of={refusals} /> : <p className="quiet wait">{tr("workspaces.loading")}</p>;
 
   const change = (of: Partial<Workspace>) => {
     const next = { ...shown, ...of };
@@ -59,22 +61,22 @@ export function Opened(props: { name: string; about: WorkspaceAbout | null; look
   const overtaken = draft !== null && about !== null && baseline !== null && about.revision !== baseline;
   return (
     <>
-      <div className="row workspace-tools" role="group" aria-label={`Workspace ${name}`}>
+      <div className="row workspace-tools" role="group" aria-label={tr("workspaces.workspaceName", { name })}>
         <h2>{shown.title || name}</h2>
         {/* As wide in either state, and each tool has its place in both: a change moves none of them. */}
-        <span className="quiet kept">{draft || !about ? "not saved yet" : "kept"}</span>
+        <span className="quiet kept">{draft || !about ? tr("workspaces.notSavedYet") : tr("workspaces.kept")}</span>
         <button type="button" aria-pressed={editing} disabled={isNarrow} onClick={() => setEditing(!editing)}>
-          Edit
+          {tr("workspaces.edit")}
         </button>
         {editing && (
           <>
             <label>
-              Title{" "}
+              {tr("workspaces.title")}{" "}
               <input size={14} maxLength={100} value={shown.title ?? ""} onChange={(event) => change({ title: event.target.value })} />
             </label>
             <label>
               <input type="checkbox" checked={shown.operator ?? false} onChange={(event) => change({ operator: event.target.checked })} />{" "}
-              for operators
+              {tr("workspaces.forOperators")}
             </label>
           </>
         )}
@@ -85,7 +87,7 @@ export function Opened(props: { name: string; about: WorkspaceAbout | null; look
             disabled={action.busy || !draft || isEmpty}
             onClick={() => action.run(() => keep(name))}
           >
-            Save
+            {tr("workspaces.save")}
           </button>
         )}
         {may && (
@@ -97,29 +99,29 @@ export function Opened(props: { name: string; about: WorkspaceAbout | null; look
             }}
           >
             <input
-              aria-label="Save under another name"
-              placeholder="another name"
+              aria-label={tr("workspaces.saveUnderAnotherName")}
+              placeholder={tr("workspaces.anotherName")}
               size={12}
               maxLength={100}
               value={as}
               onChange={(event) => setAs(event.target.value)}
             />
             <button type="submit" disabled={action.busy || as.trim() === "" || isEmpty}>
-              Save as
+              {tr("workspaces.saveAs")}
             </button>
           </form>
         )}
         {about && (
           <button type="button" disabled={!draft} onClick={renew}>
-            Discard changes
+            {tr("workspaces.discardChanges")}
           </button>
         )}
         <button type="button" disabled={isEmpty} onClick={() => saveText(fileName(shown), "application/json", fileText(shown))}>
-          Export
+          {tr("workspaces.export")}
         </button>
         {about && !isEmpty && (
           <a className="button" href={addressOf("panel", [name])}>
-            Open as panel
+            {tr("workspaces.openAsPanel")}
           </a>
         )}
         {may && about && !about.shipped && (
@@ -135,20 +137,20 @@ export function Opened(props: { name: string; about: WorkspaceAbout | null; look
               })
             }
           >
-            Delete
+            {tr("workspaces.delete")}
           </button>
         )}
       </div>
       {shown.doc && <p className="quiet">{shown.doc}</p>}
       {overtaken && (
         <p className="notice warn" role="status">
-          Somebody else has saved this workspace in the meantime. “Save” replaces their version; “Discard changes” loads it.
+          {tr("workspaces.somebodyElseHasSavedThisWorkspace")}
         </p>
       )}
       <Refusals of={[...action.refusals, ...refusals, ...findings]} />
       {isNarrow ? (
         isEmpty ? (
-          <Empty title="No panels yet">Use a wider screen to add and dock panels.</Empty>
+          <Empty title={tr("workspaces.noPanelsYet")}>{tr("workspaces.useAWiderScreenToAdd")}</Empty>
         ) : (
           <Fixed layout={shown.layout} workspace={name} />
         )

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { lazy, Suspense } from "react";
 import type { Region } from "../../control/shapes";
+import { tr } from "../../language/text";
 import { AcknowledgeAll, AlarmTable } from "../../shell/AlarmTable";
 import { useControl, useTopic, useWatched } from "../../shell/context";
 import { ButtonsPanel } from "./ButtonsPanel";
@@ -33,7 +35,7 @@ export function PanelBody(props: { of: Region; workspace: string }) {
 function Scene(props: { device: string }) {
   const now = useTopic(useControl().topics.statistics);
   return (
-    <Suspense fallback={<p className="quiet wait">Loading…</p>}>
+    <Suspense fallback={<p className="quiet wait">{tr("workspaces.loading")}</p>}>
       <div className="scene">
         <Machine device={props.device} lost={now?.physical_devices[props.device]?.lost ?? null} />
       </div>
@@ -44,7 +46,7 @@ function Scene(props: { device: string }) {
 function AlarmsPanel() {
   const control = useControl();
   const alarms = useWatched(control.alarms.latest)?.current ?? [];
-  if (alarms.length === 0) return <p className="quiet">No alarms.</p>;
+  if (alarms.length === 0) return <p className="quiet">{tr("workspaces.noAlarms")}</p>;
   return (
     <>
       <AlarmTable of={alarms} from={control} />

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useId, useState } from "react";
 import type { Names, PanelKind, Region } from "../../control/shapes";
+import { tr } from "../../language/text";
 import { useControl } from "../../shell/context";
 import { KINDS, kindWord } from "./layout";
 import { buttonsText, panelOf, valuesText, type WrittenPanel } from "./written";
@@ -34,7 +36,7 @@ export function PanelForm(props: { of: Region | null; done: (panel: Region) => v
   return (
     <form
       className="panel panel-form"
-      aria-label={of ? "Edit panel" : "New panel"}
+      aria-label={of ? tr("workspaces.editPanel") : tr("workspaces.newPanel")}
       onSubmit={(event) => {
         event.preventDefault();
         const read = panelOf(kind, written, of);
@@ -43,7 +45,7 @@ export function PanelForm(props: { of: Region | null; done: (panel: Region) => v
       }}
     >
       <label>
-        Shows{" "}
+        {tr("workspaces.shows")}{" "}
         <select value={kind} onChange={(event) => setKind(event.target.value as PanelKind)}>
           {KINDS.map((one) => (
             <option key={one} value={one}>
@@ -53,38 +55,33 @@ export function PanelForm(props: { of: Region | null; done: (panel: Region) => v
         </select>
       </label>
       <label>
-        Heading <input value={written.title} maxLength={100} onChange={(event) => write({ title: event.target.value })} />
+        {tr("workspaces.heading")}{" "}
+        <input value={written.title} maxLength={100} onChange={(event) => write({ title: event.target.value })} />
       </label>
       {kind === "plot" && (
         <>
-          <Area label="SVVs, one per line" value={written.names} write={(text) => write({ names: text })} />
+          <Area label={tr("workspaces.sVVsOnePerLine")} value={written.names} write={(text) => write({ names: text })} />
           <label>
-            Seconds <input size={5} value={written.seconds} onChange={(event) => write({ seconds: event.target.value })} />
+            {tr("workspaces.seconds")}{" "}
+            <input size={5} value={written.seconds} onChange={(event) => write({ seconds: event.target.value })} />
           </label>
         </>
       )}
       {kind === "values" && (
-        <Area
-          label="SVVs, one per line: NAME | label | minimum | maximum"
-          value={written.values}
-          write={(text) => write({ values: text })}
-        />
+        <Area label={tr("workspaces.sVVsOnePerLineNAMELabel")} value={written.values} write={(text) => write({ values: text })} />
       )}
       {kind === "buttons" && (
-        <Area
-          label={'Buttons, one per line: label: INSTANCE {"input": value}'}
-          value={written.buttons}
-          write={(text) => write({ buttons: text })}
-        />
+        <Area label={tr("workspaces.buttonsOnePerLineLabelINSTANCE")} value={written.buttons} write={(text) => write({ buttons: text })} />
       )}
       {kind === "scene" && (
         <label>
-          Physical device <input list={list} value={written.device} onChange={(event) => write({ device: event.target.value })} />
+          {tr("workspaces.physicalDevice")}{" "}
+          <input list={list} value={written.device} onChange={(event) => write({ device: event.target.value })} />
         </label>
       )}
       {kind === "verb" && (
         <label>
-          Verb <input list={list} value={written.verb} onChange={(event) => write({ verb: event.target.value })} />
+          {tr("workspaces.verb")} <input list={list} value={written.verb} onChange={(event) => write({ verb: event.target.value })} />
         </label>
       )}
       <datalist id={list}>
@@ -93,8 +90,8 @@ export function PanelForm(props: { of: Region | null; done: (panel: Region) => v
         ))}
       </datalist>
       {choices.length > 0 && (
-        <select aria-label="Existing names" value="" onChange={(event) => event.target.value && add(event.target.value)}>
-          <option value="">Choose…</option>
+        <select aria-label={tr("workspaces.existingNames")} value="" onChange={(event) => event.target.value && add(event.target.value)}>
+          <option value="">{tr("workspaces.choose")}</option>
           {choices.map((name) => (
             <option key={name}>{name}</option>
           ))}
@@ -107,10 +104,10 @@ export function PanelForm(props: { of: Region | null; done: (panel: Region) => v
       )}
       <div className="row">
         <button type="submit" className="primary">
-          {of ? "Change panel" : "Add"}
+          {of ? tr("workspaces.changePanel") : tr("workspaces.add")}
         </button>
         <button type="button" onClick={props.cancel}>
-          Cancel
+          {tr("workspaces.cancel")}
         </button>
       </div>
     </form>

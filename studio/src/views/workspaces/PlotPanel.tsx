@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useState } from "react";
 import { Refusals } from "../../design/parts";
+import { tr } from "../../language/text";
 import { useControl, useWatched } from "../../shell/context";
 import { addressOf } from "../../shell/route";
 import { colourOf } from "../scope/looks";
@@ -57,7 +59,7 @@ function Plotted(props: { scope: Scope; isStill: boolean }) {
             <span className="quiet">{channels.get(trace.channel)?.unit ?? ""}</span>
           </li>
         ))}
-        {lost > 0 && <li className="wrong">{lost} values lost</li>}
+        {lost > 0 && <li className="wrong">{tr("workspaces.lostValuesLost", { lost })}</li>}
       </ul>
       {trouble && <p className="wrong">{trouble}</p>}
       <Refusals of={[...refused.values()].flat()} />

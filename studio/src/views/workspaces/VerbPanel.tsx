@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useMemo } from "react";
 import { Refusals, Tag } from "../../design/parts";
+import { tr, trWord } from "../../language/text";
 import { useControl, useTopic } from "../../shell/context";
 import { addressOf } from "../../shell/route";
 import { useForm } from "../verbs/form";
@@ -27,11 +29,11 @@ export function VerbPanel(props: { verb: string }) {
         {shown ? (
           <>
             <Lead to={addressOf("verbs", [props.verb, shown.name])}>{shown.name}</Lead>{" "}
-            <Tag tone={stateTone(shown.state)}>{shown.state}</Tag>
-            {runs && shown.list && <span className="quiet">list {shown.list}</span>}
+            <Tag tone={stateTone(shown.state)}>{trWord(shown.state)}</Tag>
+            {runs && shown.list && <span className="quiet">{tr("workspaces.listList", { list: shown.list })}</span>}
           </>
         ) : (
-          <span className="quiet">no instance</span>
+          <span className="quiet">{tr("workspaces.noInstance")}</span>
         )}
       </p>
       <Refusals of={refusals} />

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // A workspace as a JSON file, which a program can ship.
+
 import type { Workspace } from "../../control/shapes";
+import { tr } from "../../language/text";
 
 /** Version of the file format. */
 const FORMAT = 1;
@@ -19,11 +21,10 @@ export function fromFile(text: string): Workspace {
   try {
     said = JSON.parse(text);
   } catch (why) {
-    throw new Error(`the file is not a workspace: ${why instanceof Error ? why.message : why}`);
+    throw new Error(tr("workspaces.theFileIsNotAWorkspace", { part: why instanceof Error ? why.message : String(why) }));
   }
-  if (typeof said !== "object" || said === null || !("layout" in said)) throw new Error("the file is not a workspace: it has no 'layout'");
+  if (typeof said !== "object" || said === null || !("layout" in said)) throw new Error(tr("workspaces.theFileIsNotAWorkspaceIt"));
   const { workspace = FORMAT, ...rest } = said as { workspace?: unknown } & Workspace;
-  if (workspace !== FORMAT)
-    throw new Error(`the file has version ${JSON.stringify(workspace)} of the format of workspaces, but this page reads ${FORMAT}`);
+  if (workspace !== FORMAT) throw new Error(tr("workspaces.theFileHasVersionOfThe", { value: String(JSON.stringify(workspace)), FORMAT }));
   return rest;
 }

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useState } from "react";
 import type { WorkspaceAbout } from "../../control/shapes";
 import { Empty, Refusals, Tag } from "../../design/parts";
+import { trNodes } from "../../language/nodes";
+import { tr } from "../../language/text";
 import { useLive } from "../../shell/context";
 import { addressOf, useRoute } from "../../shell/route";
 import { Import } from "./Import";
@@ -15,7 +18,8 @@ export default function Workspaces() {
   const { all, refusals, look } = useWorkspaces();
   const { path } = useRoute();
   const [name, setName] = useState("");
-  if (!all) return refusals.length > 0 ? <Refusals of={refusals} /> : <p className="quiet wait">Waiting for the workspaces…</p>;
+  if (!all)
+    return refusals.length > 0 ? <Refusals of={refusals} /> : <p className="quiet wait">{tr("workspaces.waitingForTheWorkspaces")}</p>;
   const chosen = path[0] ?? null;
   const about = all.find((one) => one.name === chosen) ?? null;
   const taken = all.some((one) => one.name === name.trim());
@@ -23,7 +27,7 @@ export default function Workspaces() {
     <div className="workspaces">
       <Refusals of={refusals} />
       <div className="row">
-        <ul className="row workspace-list" aria-label="Workspaces of the system">
+        <ul className="row workspace-list" aria-label={tr("workspaces.workspacesOfTheSystem")}>
           {all.map((one) => (
             <li key={one.name}>
               <a
@@ -47,24 +51,24 @@ export default function Workspaces() {
           }}
         >
           <input
-            aria-label="Name of a new workspace"
-            placeholder="new workspace"
+            aria-label={tr("workspaces.nameOfANewWorkspace")}
+            placeholder={tr("workspaces.newWorkspace")}
             maxLength={100}
             size={16}
             value={name}
             onChange={(event) => setName(event.target.value)}
           />
           <button type="submit" disabled={name.trim() === "" || taken}>
-            Create
+            {tr("workspaces.create")}
           </button>
         </form>
         <Import />
       </div>
       {chosen === null ? (
-        <Empty title={all.length === 0 ? "No workspaces yet" : "Choose a workspace"}>
-          A workspace is a layout of plots, values, machines, state diagrams, alarms and buttons. Create one here
-          {control.may("operate") ? "" : " (saving it requires the role 'operate')"}, or ship one with a program:{" "}
-          <code>cell.workspaces.ship("tank.workspace.json")</code>.
+        <Empty title={all.length === 0 ? tr("workspaces.noWorkspacesYet") : tr("workspaces.chooseAWorkspace")}>
+          {tr("workspaces.aWorkspaceIsALayoutOf")}
+          {control.may("operate") ? "" : ` ${tr("workspaces.savingItRequiresTheRoleOperate")}`}
+          {trNodes("workspaces.orShipOneWithAProgram", { code: <code>cell.workspaces.ship("tank.workspace.json")</code> })}
         </Empty>
       ) : (
         <Opened key={chosen} name={chosen} about={about} look={look} />
@@ -76,8 +80,8 @@ export default function Workspaces() {
 function Kind(props: { of: WorkspaceAbout }) {
   return (
     <>
-      {props.of.operator && <Tag tone="accent">for operators</Tag>}
-      {props.of.shipped && <Tag title="Shipped by a program: save it under another name to change it.">shipped</Tag>}
+      {props.of.operator && <Tag tone="accent">{tr("workspaces.forOperators")}</Tag>}
+      {props.of.shipped && <Tag title={tr("workspaces.shippedByAProgramSaveIt")}>{tr("workspaces.shipped")}</Tag>}
     </>
   );
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // A layout in the form of files, and in that of the docking library. Files have shares of rows and columns, as a person writes them; the
 // library has percentages, with an identity for each panel.
+
 import type {
   TabNode,
   TabsetNode,
@@ -11,16 +12,17 @@ import type {
   WorkspaceNodeInput,
 } from "react-resizable-panels";
 import type { PanelKind, Region } from "../../control/shapes";
+import { tr } from "../../language/text";
 
 export const KINDS: readonly PanelKind[] = ["plot", "scene", "values", "verb", "alarms", "buttons"];
 
 const WORDS: Record<PanelKind, string> = {
-  plot: "Plot",
-  scene: "Machine",
-  values: "Values",
-  verb: "Verb",
-  alarms: "Alarms",
-  buttons: "Buttons",
+  plot: tr("workspaces.plot"),
+  scene: tr("workspaces.machine"),
+  values: tr("workspaces.values"),
+  verb: tr("workspaces.verb"),
+  alarms: tr("workspaces.alarms"),
+  buttons: tr("workspaces.buttons"),
 };
 
 /** Returns the name of a kind of panel. */

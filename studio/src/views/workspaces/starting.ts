@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Buttons: the instance of each, its state, and starting it.
+
 import { isLate } from "../../control/late";
 import { RefusalError } from "../../control/refusals";
 import type { Button, End, InstalledInstance } from "../../control/shapes";
 import type { Source } from "../../control/source";
+import { tr, trWord } from "../../language/text";
 
 /** Returns the name of a button's instance: an instance of a program, or the one that the button creates. */
 export function instanceNameOf(button: Button, workspace: string): string {
@@ -25,22 +27,22 @@ export interface ButtonState {
 export function stateOf(button: Button, instance: InstalledInstance | null, ends: readonly End[]): ButtonState {
   if (!instance) {
     const isMissing = !button.start;
-    return { text: isMissing ? "missing" : "ready", tone: isMissing ? "bad" : "plain", isLive: false, isMissing };
+    return { text: isMissing ? trWord("missing") : trWord("ready"), tone: isMissing ? "bad" : "plain", isLive: false, isMissing };
   }
   const state = { isLive: false, isMissing: false };
   switch (instance.state) {
     case "running":
-      return { ...state, text: `running${instance.list ? `: ${instance.list}` : ""}`, tone: "good", isLive: true };
+      return { ...state, text: `${trWord("running")}${instance.list ? `: ${instance.list}` : ""}`, tone: "good", isLive: true };
     case "suspended":
     case "queued":
-      return { ...state, text: instance.state, tone: "warn", isLive: true };
+      return { ...state, text: trWord(instance.state), tone: "warn", isLive: true };
     case "ended": {
       const report = ends.findLast((end) => end.instance === instance.id)?.report;
-      if (!report) return { ...state, text: "ended", tone: "plain" };
-      return { ...state, text: `ended: ${report.condition}`, tone: report.normal ? "plain" : "bad" };
+      if (!report) return { ...state, text: trWord("ended"), tone: "plain" };
+      return { ...state, text: tr("workspaces.endedCondition", { condition: report.condition }), tone: report.normal ? "plain" : "bad" };
     }
     default:
-      return { ...state, text: "ready", tone: "plain" };
+      return { ...state, text: trWord("ready"), tone: "plain" };
   }
 }
 
@@ -51,8 +53,8 @@ export function stateOf(button: Button, instance: InstalledInstance | null, ends
 export async function start(control: Source, button: Button, workspace: string, instance: InstalledInstance | null): Promise<void> {
   if (!button.start) {
     if (!instance) {
-      const message = `verb instance '${button.instance}' does not exist`;
-      throw new RefusalError([{ class: "UnknownName", message, remedy: "start the program that creates it" }], 0);
+      const message = tr("workspaces.verbInstanceInstanceDoesNotExist", { instance: button.instance });
+      throw new RefusalError([{ class: "UnknownName", message, remedy: tr("workspaces.startTheProgramThatCreatesIt") }], 0);
     }
     await control.order("start", { instance: instance.id, values: button.values ?? {} });
     return;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Converts the form of a panel: lines of text, with a message for each error.
+
 import type { Button, PanelKind, Region, ShownValue, Value } from "../../control/shapes";
+import { tr } from "../../language/text";
 
 export interface WrittenPanel {
   title: string;
@@ -45,26 +47,26 @@ export function panelOf(kind: PanelKind, written: WrittenPanel, before: Region |
     case "plot": {
       const names = linesOf(written.names);
       const seconds = Number(written.seconds);
-      if (names.length === 0) return "name at least one SVV to plot";
-      if (!(seconds >= 0.1 && seconds <= 600)) return `'${written.seconds}' is not a number of seconds from 0.1 to 600`;
+      if (names.length === 0) return tr("workspaces.nameAtLeastOneSVVTo");
+      if (!(seconds >= 0.1 && seconds <= 600)) return tr("workspaces.secondsIsNotANumberOf", { seconds: written.seconds });
       return { ...head, names, seconds };
     }
     case "values": {
       const values = linesOf(written.values).map(shownOf);
       const wrong = values.find((one) => typeof one === "string");
       if (wrong !== undefined) return wrong as string;
-      return values.length === 0 ? "name at least one SVV to show" : { ...head, values: values as ShownValue[] };
+      return values.length === 0 ? tr("workspaces.nameAtLeastOneSVVToShow") : { ...head, values: values as ShownValue[] };
     }
     case "buttons": {
       const buttons = linesOf(written.buttons).map(buttonOf);
       const wrong = buttons.find((one) => typeof one === "string");
       if (wrong !== undefined) return wrong as string;
-      return buttons.length === 0 ? "write at least one button" : { ...head, buttons: buttons as Button[] };
+      return buttons.length === 0 ? tr("workspaces.writeAtLeastOneButton") : { ...head, buttons: buttons as Button[] };
     }
     case "scene":
-      return written.device.trim() ? { ...head, device: written.device.trim() } : "name the physical device to draw";
+      return written.device.trim() ? { ...head, device: written.device.trim() } : tr("workspaces.nameThePhysicalDeviceToDraw");
     case "verb":
-      return written.verb.trim() ? { ...head, verb: written.verb.trim() } : "name the verb whose state diagram to show";
+      return written.verb.trim() ? { ...head, verb: written.verb.trim() } : tr("workspaces.nameTheVerbWhoseStateDiagram");
     default:
       return head;
   }
@@ -72,7 +74,7 @@ export function panelOf(kind: PanelKind, written: WrittenPanel, before: Region |
 
 function shownOf(line: string): ShownValue | string {
   const [name = "", label = "", low = "", high = "", ...more] = line.split("|").map((part) => part.trim());
-  if (name === "" || more.length > 0) return `'${line}' has the wrong form: write NAME | label | minimum | maximum`;
+  if (name === "" || more.length > 0) return tr("workspaces.lineHasTheWrongFormWrite", { line });
   const found: ShownValue = { name, ...(label && { label }) };
   for (const [word, text] of [
     ["minimum", low],
@@ -80,7 +82,7 @@ function shownOf(line: string): ShownValue | string {
   ] as const) {
     if (text === "") continue;
     const limit = Number(text);
-    if (!Number.isFinite(limit)) return `the ${word} of '${name}' must be a number in the unit of the value, not '${text}'`;
+    if (!Number.isFinite(limit)) return tr("workspaces.theWordOfNameMustBe", { word, name, text });
     found[word] = limit;
   }
   return found;
@@ -95,10 +97,10 @@ function buttonOf(line: string): Button | string {
     try {
       given = JSON.parse(rest.slice(at)) as Record<string, Value>;
     } catch {
-      return `the text after '${label || line}' is not JSON: write {"input": value}`;
+      return tr("workspaces.theTextAfterIsNotJSON", { part: label || line });
     }
   }
-  if (label.trim() === "" || (name === "" && given === null)) return `'${line}' has the wrong form: write label: INSTANCE {"input": value}`;
+  if (label.trim() === "" || (name === "" && given === null)) return tr("workspaces.lineHasTheWrongFormWriteLabel", { line });
   if (name !== "") return { label: label.trim(), instance: name, ...(given && { values: given }) };
   return { label: label.trim(), start: given as unknown as NonNullable<Button["start"]> };
 }

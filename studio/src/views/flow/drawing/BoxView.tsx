@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { Handle, type Node, type NodeProps, Position, useUpdateNodeInternals } from "@xyflow/react";
 import { memo, useEffect } from "react";
 import { nodeId } from "../../../design/nodeIds";
+import { tr } from "../../../language/text";
 import { type Box, HEAD, inputsOf, outputsOf, type Port, portText, ROW } from "./drawing";
 import { sourceColour } from "./sources";
 
@@ -29,7 +31,7 @@ export const BoxView = memo(function BoxView(props: NodeProps<BoxNode>) {
             type="button"
             className="plain nodrag opens"
             aria-expanded={box.opens === "open"}
-            aria-label={`${box.opens === "open" ? "Close" : "Open"} graph ${box.title}`}
+            aria-label={tr("flow.graphTitle", { part: box.opens === "open" ? tr("flow.close") : tr("flow.open"), title: box.title })}
             onClick={() => toggle?.(box.id)}
           >
             {box.opens === "open" ? "−" : "+"}

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import {
   Background,
   type Connection,
@@ -9,6 +10,7 @@ import {
   ReactFlow,
   useReactFlow,
 } from "@xyflow/react";
+import { tr } from "../../../language/text";
 import "@xyflow/react/dist/style.css";
 import { type DragEvent, type KeyboardEvent, memo, type ReactNode, useCallback, useMemo, useRef, useState } from "react";
 import { nodeId, nodeName } from "../../../design/nodeIds";
@@ -119,11 +121,11 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
           id: wire.id,
           type: "wire",
           source: nodeId(wire.from.box),
-          sourceHandle: `output ${nodeId(wire.from.port)}`,
+          sourceHandle: tr("flow.outputPort", { port: nodeId(wire.from.port) }),
           target: nodeId(wire.to.box),
-          targetHandle: `input ${nodeId(wire.to.port)}`,
+          targetHandle: tr("flow.inputPort", { port: nodeId(wire.to.port) }),
           data: { wire },
-          ariaLabel: `${wire.cell}: from ${wire.from.port} to ${wire.to.port}`,
+          ariaLabel: tr("flow.cellFromPortToPort2", { cell: wire.cell, port: wire.from.port, port2: wire.to.port }),
         }),
       ),
     [drawing],
@@ -235,7 +237,7 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
         proOptions={{ hideAttribution: true }}
       >
         <Background gap={20} />
-        <Controls showInteractive={false} fitViewOptions={FIT} aria-label="Zoom" />
+        <Controls showInteractive={false} fitViewOptions={FIT} aria-label={tr("flow.zoom")} />
         <Overview boxes={drawing.boxes} places={places} />
         <Middle of={props.aim ?? null} drawing={drawing} places={places} />
         <Find drawing={drawing} places={places} choose={choose} elsewhere={props.elsewhere} />

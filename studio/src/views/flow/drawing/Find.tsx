@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { Panel as Corner } from "@xyflow/react";
 import { type KeyboardEvent, useEffect, useMemo, useRef, useState } from "react";
 import { score } from "../../../design/fuzzy";
+import { tr } from "../../../language/text";
 import type { Drawing, Place, Selection } from "./drawing";
 import { useMiddle } from "./Middle";
 
@@ -133,8 +135,8 @@ export function Find(props: {
             // biome-ignore lint/a11y/noAutofocus: somebody has just asked for it
             autoFocus
             type="search"
-            aria-label="Find in the drawing"
-            placeholder="Block, port, SVV"
+            aria-label={tr("flow.findInTheDrawing")}
+            placeholder={tr("flow.blockPortSVV")}
             value={typed}
             onChange={(event) => {
               setTyped(event.target.value);
@@ -147,24 +149,29 @@ export function Find(props: {
             {typed === ""
               ? ""
               : hits.length === 0
-                ? "no match"
+                ? tr("flow.noMatch")
                 : hit && at >= 0
-                  ? `${at + 1} of ${hits.length}: ${hit.text}${hit.within ? `, in ${hit.within.text}` : ""}`
-                  : `${hits.length} found`}
+                  ? tr("flow.atOfCountText", {
+                      at: at + 1,
+                      count: hits.length,
+                      text: hit.text,
+                      part: hit.within ? tr("flow.inText", { text: hit.within.text }) : "",
+                    })
+                  : tr("flow.countFound", { count: hits.length })}
           </span>
-          <button type="button" disabled={hits.length === 0} onClick={() => step(-1)} aria-label="Previous match">
+          <button type="button" disabled={hits.length === 0} onClick={() => step(-1)} aria-label={tr("flow.previousMatch")}>
             ↑
           </button>
-          <button type="button" disabled={hits.length === 0} onClick={() => step(1)} aria-label="Next match">
+          <button type="button" disabled={hits.length === 0} onClick={() => step(1)} aria-label={tr("flow.nextMatch")}>
             ↓
           </button>
-          <button type="button" onClick={close} aria-label="Close find">
+          <button type="button" onClick={close} aria-label={tr("flow.closeFind")}>
             ×
           </button>
         </search>
       ) : (
-        <button type="button" onClick={() => setOpen(true)} title="Ctrl+F or /">
-          Find
+        <button type="button" onClick={() => setOpen(true)} title={tr("flow.ctrlFOr")}>
+          {tr("flow.find")}
         </button>
       )}
     </Corner>

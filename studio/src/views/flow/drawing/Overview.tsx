@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import {
   type FitViewOptions,
   getViewportForBounds,
@@ -10,6 +11,7 @@ import {
   type Viewport,
 } from "@xyflow/react";
 import { type CSSProperties, useEffect, useMemo, useRef } from "react";
+import { tr } from "../../../language/text";
 import { type Box, type Place, sizeOf } from "./drawing";
 
 /** Minimum number of boxes for which an overview map is shown. */
@@ -38,7 +40,7 @@ export function Overview(props: { boxes: Box[]; places: ReadonlyMap<string, Plac
     return from >= 0 && above >= 0 && from + width * zoom <= wide && above + height * zoom <= high;
   });
   if (isAllSeen || boxes.length < MAP_FROM) return null;
-  return <MiniMap pannable zoomable ariaLabel="Overview map" nodeColor="var(--line-strong)" />;
+  return <MiniMap pannable zoomable ariaLabel={tr("flow.overviewMap")} nodeColor="var(--line-strong)" />;
 }
 
 /** Returns a style with the size of titles if the drawing is zoomed out too far to be legible; otherwise null. */

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { unitText } from "../../../design/units";
+import { tr } from "../../../language/text";
 // A data flow graph as it is drawn: boxes with ports, and wires between them. It is made from installed instances or from a draft.
 
 export type PortSide = "input" | "output";
@@ -102,7 +104,7 @@ export function portAt(box: Box, port: Port): number {
 
 /** Describes a port: "double[6] in rad, synchronous". */
 export function portText(port: Pick<Port, "type_text" | "unit" | "mode">): string {
-  const of = port.unit ? `${port.type_text} in ${unitText(port.unit)}` : port.type_text;
+  const of = port.unit ? tr("flow.typeTextInUnit", { type_text: port.type_text, unit: unitText(port.unit) }) : port.type_text;
   return port.mode ? `${of}, ${port.mode}` : of;
 }
 

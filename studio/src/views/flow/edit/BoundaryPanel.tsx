@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
+import { tr } from "../../../language/text";
 import type { Wire } from "../drawing/drawing";
 import * as change from "./change";
 import { type Draft, setsOf } from "./definition";
@@ -11,14 +13,11 @@ import { freePlace } from "./places";
 export function Boundaries(props: { draft: Draft; put: (draft: Draft) => void }) {
   const { draft, put } = props;
   const kinds = draft.kind === "graph" ? (["inputs", "outputs"] as const) : (["instantiation_parameters"] as const);
-  const words = { inputs: "input", outputs: "output", instantiation_parameters: "instantiation parameter" };
+  const words = { inputs: tr("flow.input"), outputs: tr("flow.output"), instantiation_parameters: tr("flow.instantiationParameter") };
+  const names = { inputs: "input", outputs: "output", instantiation_parameters: "instantiation" };
   return kinds.map((kind) => (
-    <button
-      key={kind}
-      type="button"
-      onClick={() => put(change.addBoundary(draft, kind, words[kind].split(" ")[0] ?? kind, freePlace(draft)))}
-    >
-      Add {words[kind]}
+    <button key={kind} type="button" onClick={() => put(change.addBoundary(draft, kind, names[kind], freePlace(draft)))}>
+      {tr("flow.addWords", { words: words[kind] })}
     </button>
   ));
 }
@@ -33,19 +32,21 @@ export function BoundaryPanel(props: { draft: Draft; box: string; put: (draft: D
       title={set.name}
       end={
         <button type="button" onClick={() => put(change.removeSet(draft, set.kind, set.name))}>
-          Remove
+          {tr("flow.remove")}
         </button>
       }
     >
       <TextField
-        label="Name"
+        label={tr("flow.name")}
         value={set.name}
         commit={(to) => {
           put(change.renameSet(draft, set.kind, set.name, to));
           props.choose(`${set.kind}:${to}`);
         }}
       />
-      <p className="quiet">{set.ports.length > 0 ? `binds ${set.ports.join(", ")}` : "not bound yet: draw a wire"}</p>
+      <p className="quiet">
+        {set.ports.length > 0 ? tr("flow.bindsPorts", { ports: set.ports.join(", ") }) : tr("flow.notBoundYetDrawAWire")}
+      </p>
     </Panel>
   );
 }
@@ -64,8 +65,8 @@ function CellPanel(props: { draft: Draft; wire: Wire | undefined; put: (draft: D
   const ports = wire && setsOf(draft, "cells")[wire.cell];
   if (!wire || !ports) return null;
   return (
-    <Panel title={`Wire ${wire.cell}`}>
-      <TextField label="Cell" value={wire.cell} commit={(to) => put(change.renameSet(draft, "cells", wire.cell, to))} />
+    <Panel title={tr("flow.wireCell", { cell: wire.cell })}>
+      <TextField label={tr("flow.cell")} value={wire.cell} commit={(to) => put(change.renameSet(draft, "cells", wire.cell, to))} />
       <p className="quiet">{ports.join(", ")}</p>
     </Panel>
   );

@@ -5,6 +5,7 @@ import { own } from "../../../design/own";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
 import { unitText } from "../../../design/units";
+import { tr, trWord } from "../../../language/text";
 import { portText } from "../drawing/drawing";
 import { freeName, removeBlock, renameBlock, setConstant, setDivide, setMode } from "./change";
 import type { Draft } from "./definition";
@@ -38,7 +39,7 @@ export function BoxPanel(props: {
   if (!use) return null;
   const items = itemsOf(use, faces);
   const set = items.filter((item) => item.kind === "parameter" || item.kind === "size" || (item.kind === "input" && item.has_default));
-  const name = "subroutine" in use.block ? use.block.subroutine : `graph ${use.block.graph.name}`;
+  const name = "subroutine" in use.block ? use.block.subroutine : tr("flow.graphName", { name: use.block.graph.name });
   const graphName = "graph" in use.block ? use.block.graph.name : "";
   const doc = "subroutine" in use.block ? faces.get(use.block.subroutine)?.doc : use.block.graph.doc;
   return (
@@ -46,13 +47,13 @@ export function BoxPanel(props: {
       title={label}
       end={
         <button type="button" onClick={() => change(removeBlock(draft, label))}>
-          Remove
+          {tr("flow.remove")}
         </button>
       }
     >
       <div className="stack">
         <TextField
-          label="Label"
+          label={tr("flow.label")}
           value={label}
           commit={(to) => {
             const next = renameBlock(draft, label, to);
@@ -65,9 +66,9 @@ export function BoxPanel(props: {
         </p>
         {props.sources.length > 0 && (
           <label className="row">
-            <span className="quiet">runs on</span>
+            <span className="quiet">{tr("flow.runsOn")}</span>
             <select value={props.source ?? ""} onChange={(event) => props.runOn(event.target.value || null)}>
-              <option value="">the source chosen at start</option>
+              <option value="">{tr("flow.theSourceChosenAtStart")}</option>
               {[...new Set([...(props.source === null ? [] : [props.source]), ...props.sources])].map((name) => (
                 <option key={name}>{name}</option>
               ))}
@@ -77,21 +78,20 @@ export function BoxPanel(props: {
         {"graph" in use.block && (
           <div className="row">
             <button type="button" onClick={() => props.enter(label)}>
-              Open graph
+              {tr("flow.openGraph")}
             </button>
             <button type="button" onClick={() => change(ownGraph(draft, label, freeName(graphName, props.graphs)))}>
-              Make independent
+              {tr("flow.makeIndependent")}
             </button>
           </div>
         )}
         {draft.kind === "graph" && (
           <TextField
-            label="once in"
-            placeholder="1 invocation"
+            label={tr("flow.onceIn")}
+            placeholder={tr("flow.1Invocation")}
             value={String(own(draft.of.divide, label) ?? "")}
             commit={(text) => {
-              if (text !== "" && !/^[1-9]\d*$/.test(text))
-                return `'${text}' is not a number of invocations: write an integer of at least 1`;
+              if (text !== "" && !/^[1-9]\d*$/.test(text)) return tr("flow.textIsNotANumberOf", { text });
               change(setDivide(draft, label, text === "" ? undefined : Number(text)));
             }}
           />
@@ -110,7 +110,7 @@ export function BoxPanel(props: {
             .map((item) => [
               <dt key={`${item.name} name`}>{item.name}</dt>,
               <dd key={item.name} title={item.doc} data-place={`item:${item.name}`}>
-                {item.kind.replace("_", " ")}
+                {trWord(item.kind)}
                 {item.type_text && `, ${portText({ ...item, mode: item.kind === "condition" ? "" : modeText(item.mode) })}`}
                 <Wiring item={item} draft={draft} label={label} faces={faces} change={change} offer={props.offer} />
                 {(item.kind === "input" || item.kind === "output") && (
@@ -149,7 +149,7 @@ function ConstantField(props: { item: Item; value: Value | undefined; commit: (v
       <TextField
         label={item.unit ? `${item.name} (${unitText(item.unit)})` : item.name}
         value={constantText(value)}
-        placeholder="default"
+        placeholder={tr("flow.default")}
         commit={(text) => {
           const read = constantOf(text, item.type_text);
           if (read.wrong === null) props.commit(read.value);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { Panel } from "../../../design/parts";
 import type { UnreadField } from "../../../design/unread";
+import { tr } from "../../../language/text";
 import { about, type Finding } from "./findings";
 
 /** All findings about the draft. Pressing a finding shows its location. */
@@ -8,12 +10,12 @@ export function Checks(props: { of: Finding[]; unread: UnreadField[]; isEmpty: b
   const { unread, aim } = props;
   const findings = [...new Map(props.of.map((finding) => [about(finding), finding])).entries()];
   const count = findings.length + unread.length;
-  if (props.isEmpty && count === 0)
-    return (
-      <p className="quiet">Drag a component into the drawing, or choose one and press Enter. Then draw wires from outputs to inputs.</p>
-    );
+  if (props.isEmpty && count === 0) return <p className="quiet">{tr("flow.dragAComponentIntoTheDrawing")}</p>;
   return (
-    <Panel title="Checks" end={<span role="status">{count === 0 ? "all passed" : `${count} found`}</span>}>
+    <Panel
+      title={tr("flow.checks")}
+      end={<span role="status">{count === 0 ? tr("flow.allPassed") : tr("flow.countFound", { count })}</span>}
+    >
       {count > 0 && (
         <ul className="refusals">
           {findings.map(([text, finding]) => (
@@ -26,7 +28,7 @@ export function Checks(props: { of: Finding[]; unread: UnreadField[]; isEmpty: b
           {unread.map((field) => (
             <li key={field.id}>
               <button type="button" className="finding" onClick={() => document.getElementById(field.id)?.focus()}>
-                The field “{field.label}” cannot be read: {field.wrong}
+                {tr("flow.theFieldLabelCannotBeRead", { label: field.label, wrong: field.wrong })}
               </button>
             </li>
           ))}

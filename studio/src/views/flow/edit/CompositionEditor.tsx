@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useMemo, useState } from "react";
 import type { Control } from "../../../control/control";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
 import type { Composition as Asked, VerbRequest } from "../../../control/shapes";
 import { Panel, Refusals } from "../../../design/parts";
+import { tr } from "../../../language/text";
 import { useAction, useLive } from "../../../shell/context";
 import { addressOf } from "../../../shell/route";
 import { type StateEdit, StatesCanvas } from "../../verbs/StatesCanvas";
@@ -29,7 +31,7 @@ export function CompositionEditor(props: { work: Working; draft: ComposedDefinit
       chosen,
       choose: setChosen,
       connect: (from, to) => put(composed.setStep(draft, draft.of.transitions.length, composed.drawnStep(draft, from, to))),
-      found: (state) => found.filter((one) => one.message.includes(`part '${state}'`)).map(said),
+      found: (state) => found.filter((one) => one.message.includes(tr("flow.partState", { state }))).map(said),
       isWrong: () => false,
     }),
     [draft, found, chosen, put],
@@ -51,7 +53,10 @@ export function CompositionEditor(props: { work: Working; draft: ComposedDefinit
       />
       <StatesCanvas shape={shape} edit={edit} />
       <div className="side stack">
-        <Panel title="Checks" end={<span role="status">{verb ? "all passed" : `${found.length} found`}</span>}>
+        <Panel
+          title={tr("flow.checks")}
+          end={<span role="status">{verb ? tr("flow.allPassed") : tr("flow.countFound", { count: found.length })}</span>}
+        >
           {found.length > 0 && (
             <ul className="refusals">
               {found.map((one) => (
@@ -81,7 +86,7 @@ function Verbs(props: { draft: ComposedDefinition; add: (name: string, part?: Pa
   const [wrong, setWrong] = useState<Refusal[]>([]);
   const known = Object.keys(draft.made_of).filter((name) => !isWithin(draft, name));
   return (
-    <Panel title="Verbs" className="palette side">
+    <Panel title={tr("flow.verbs")} className="palette side">
       <ul>
         {known.map((name) => (
           <li key={name}>
@@ -91,16 +96,13 @@ function Verbs(props: { draft: ComposedDefinition; add: (name: string, part?: Pa
           </li>
         ))}
       </ul>
-      {known.length === 0 && <p className="quiet">Open a file with verbs, or add one of the system.</p>}
+      {known.length === 0 && <p className="quiet">{tr("flow.openAFileWithVerbsOr")}</p>}
       <SystemVerb
-        label="Add a verb of the system"
-        first="From the system…"
+        label={tr("flow.addAVerbOfTheSystem")}
+        first={tr("flow.fromTheSystem")}
         without={known}
         take={(name, defined) => {
-          if (Object.keys(defined.parts ?? {}).length > 0)
-            throw new Error(
-              `'${name}' is composed, and a copy would lose its parts: open the file that contains it, and add it from there`,
-            );
+          if (Object.keys(defined.parts ?? {}).length > 0) throw new Error(tr("flow.nameIsComposedAndACopy", { name }));
           add(name, draftOf("verb", name, withoutSources(defined)) as Part);
         }}
         failed={setWrong}
@@ -146,11 +148,11 @@ async function composedVerb(
   signal: AbortSignal,
   around: string[] = [],
 ): Promise<VerbRequest> {
-  if (around.includes(of.name)) throw new Error(`definitions form a circle: ${[...around, of.name].join(" → ")}`);
+  if (around.includes(of.name)) throw new Error(tr("flow.definitionsFormACircle", { value: [...around, of.name].join(" → ") }));
   const parts = new Map<string, unknown>();
   for (const [label, name] of Object.entries(of.parts)) {
     const part = Object.hasOwn(made_of, name) ? made_of[name] : undefined;
-    if (!part) throw new Error(`part '${label}' of '${of.name}' is the unknown verb '${name}'; choose another one`);
+    if (!part) throw new Error(tr("flow.partLabelOfNameIsThe", { label, name: of.name, name2: name }));
     const inner = () =>
       composedVerb(control, { kind: "composition", of: (part as Part & { kind: "composition" }).of, made_of }, signal, [
         ...around,
@@ -169,7 +171,7 @@ function Install(props: { name: string; verb: VerbRequest | null }) {
   const [installed, setInstalled] = useState<VerbRequest | null>(null);
   if (!control.may("configure")) return null;
   return (
-    <Panel title="Install">
+    <Panel title={tr("flow.install")}>
       <div className="row">
         <button
           type="button"
@@ -183,11 +185,11 @@ function Install(props: { name: string; verb: VerbRequest | null }) {
             })
           }
         >
-          Install verb {name}
+          {tr("flow.installVerbName", { name })}
         </button>
         {installed !== null && installed === verb && (
           <span role="status">
-            Installed. <a href={addressOf("verbs", [name])}>Start it</a>
+            {tr("flow.installed")} <a href={addressOf("verbs", [name])}>{tr("flow.startIt")}</a>
           </span>
         )}
       </div>

@@ -4,6 +4,7 @@ import { useId } from "react";
 import { own } from "../../../design/own";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
+import { tr } from "../../../language/text";
 import * as composed from "./composed";
 import type { ComposedDefinition, Step } from "./definition";
 import { constantText, givenOf, words } from "./written";
@@ -25,7 +26,7 @@ export function PartPanel(props: Of & { label: string; choose: (label: string | 
   );
   return (
     <Panel
-      title={`Part ${label}`}
+      title={tr("flow.partLabel", { label })}
       end={
         <>
           <button
@@ -33,7 +34,7 @@ export function PartPanel(props: Of & { label: string; choose: (label: string | 
             aria-pressed={draft.of.initial === label}
             onClick={() => change(composed.setComposition(draft, { initial: label }))}
           >
-            Begins
+            {tr("flow.begins")}
           </button>
           <button
             type="button"
@@ -42,42 +43,42 @@ export function PartPanel(props: Of & { label: string; choose: (label: string | 
               choose(null);
             }}
           >
-            Remove
+            {tr("flow.remove")}
           </button>
         </>
       }
     >
       <div className="stack">
         <TextField
-          label="Label"
+          label={tr("flow.label")}
           value={label}
           commit={(to) => {
-            if (to === "" || to.includes(".")) return "the label of a part must not contain a dot";
-            if (Object.hasOwn(draft.of.parts, to)) return `part '${to}' already exists`;
+            if (to === "" || to.includes(".")) return tr("flow.theLabelOfAPartMust");
+            if (Object.hasOwn(draft.of.parts, to)) return tr("flow.partToAlreadyExists", { to });
             change(composed.renamePart(draft, label, to));
             choose(to);
           }}
         />
         <label className="row">
-          <span className="quiet">is the verb</span>
+          <span className="quiet">{tr("flow.isTheVerb")}</span>
           <select value={own(draft.of.parts, label)} onChange={(event) => change(composed.setPart(draft, label, event.target.value))}>
             {[...new Set([own(draft.of.parts, label) ?? "", ...Object.keys(draft.made_of)])].map((name) => (
               <option key={name}>{name}</option>
             ))}
           </select>
         </label>
-        <p className="quiet">Renamed in the composition:</p>
+        <p className="quiet">{tr("flow.renamedInTheComposition")}</p>
         {names.objects.map((name) => called(name, "object"))}
         {names.parameters.map((name) => called(name, "parameter"))}
         {names.inputs.map((name) => called(name, "input"))}
         {names.outputs.map((name) => called(name, "output"))}
         {names.conditions.map((name) => called(name, "condition"))}
-        {names.inputs.length > 0 && <p className="quiet">Fixed values, which are no longer inputs:</p>}
+        {names.inputs.length > 0 && <p className="quiet">{tr("flow.fixedValuesWhichAreNoLonger")}</p>}
         {names.inputs.map((name) => (
           <TextField
             key={name}
-            label={`always ${name}`}
-            placeholder="set at each start"
+            label={tr("flow.alwaysName", { name })}
+            placeholder={tr("flow.setAtEachStart")}
             value={constantText(own(draft.of.preset, `${label}.${name}`))}
             commit={(text) => {
               const { value, wrong } = givenOf(text);
@@ -102,10 +103,10 @@ export function StepsPanel(props: Of) {
   const put = (index: number, step: Step | null) => change(composed.setStep(draft, index, step));
   return (
     <Panel
-      title="Transitions"
+      title={tr("flow.transitions")}
       end={
         <button type="button" disabled={!fresh} onClick={() => put(transitions.length, fresh)}>
-          Add
+          {tr("flow.add")}
         </button>
       }
     >
@@ -114,23 +115,23 @@ export function StepsPanel(props: Of) {
           <option key={name} value={name} />
         ))}
       </datalist>
-      {transitions.length === 0 && <p className="quiet">Draw a line from one part to another, or add a transition here.</p>}
+      {transitions.length === 0 && <p className="quiet">{tr("flow.drawALineFromOnePart")}</p>}
       {transitions.map((step, index) => (
         // biome-ignore lint/suspicious/noArrayIndexKey: a transition is known by its place
-        <fieldset key={index} aria-label={`Transition ${index + 1}`}>
+        <fieldset key={index} aria-label={tr("flow.transitionIndex", { index: index + 1 })}>
           <TextField
-            label="From"
+            label={tr("flow.from")}
             list={list}
             value={step.from.join(", ")}
             commit={(text) => {
-              if (words(text).length === 0) return "choose the part or list where the transition begins";
+              if (words(text).length === 0) return tr("flow.chooseThePartOrListWhere");
               put(index, { ...step, from: words(text) });
             }}
           />
           <label className="row">
-            <span className="quiet">at</span>
+            <span className="quiet">{tr("flow.at")}</span>
             <select
-              aria-label="Condition"
+              aria-label={tr("flow.condition")}
               value={step.condition ?? ""}
               onChange={(event) => put(index, { ...step, condition: event.target.value || null })}
             >
@@ -144,14 +145,14 @@ export function StepsPanel(props: Of) {
           </label>
           <div className="row">
             <label className="row">
-              <span className="quiet">to</span>
-              <select aria-label="To" value={step.to} onChange={(event) => put(index, { ...step, to: event.target.value })}>
+              <span className="quiet">{tr("flow.to")}</span>
+              <select aria-label={tr("flow.to2")} value={step.to} onChange={(event) => put(index, { ...step, to: event.target.value })}>
                 {[...new Set([step.to, ...states])].map((name) => (
                   <option key={name}>{name}</option>
                 ))}
               </select>
             </label>
-            <button type="button" aria-label={`Remove transition ${index + 1}`} onClick={() => put(index, null)}>
+            <button type="button" aria-label={tr("flow.removeTransitionIndex", { index: index + 1 })} onClick={() => put(index, null)}>
               ×
             </button>
           </div>
@@ -167,32 +168,37 @@ export function CompositionPanel(props: Of) {
   const { initial, together, until, share } = draft.of;
   const put = (whole: Parameters<typeof composed.setComposition>[1]) => change(composed.setComposition(draft, whole));
   return (
-    <Panel title="Execution">
+    <Panel title={tr("flow.execution")}>
       <div className="stack">
         <label className="row">
           <input type="checkbox" checked={together} onChange={(event) => put({ together: event.target.checked })} />
-          all parts run simultaneously
+          {tr("flow.allPartsRunSimultaneously")}
         </label>
         {together ? (
           <label className="row">
-            <span className="quiet">ends with</span>
+            <span className="quiet">{tr("flow.endsWith")}</span>
             <select value={until} onChange={(event) => put({ until: event.target.value === "all" ? "all" : "any" })}>
-              <option value="any">the first of them</option>
-              <option value="all">the last of them</option>
+              <option value="any">{tr("flow.theFirstOfThem")}</option>
+              <option value="all">{tr("flow.theLastOfThem")}</option>
             </select>
           </label>
         ) : (
           <label className="row">
-            <span className="quiet">begins with</span>
+            <span className="quiet">{tr("flow.beginsWith")}</span>
             <select value={initial ?? ""} onChange={(event) => put({ initial: event.target.value || null })}>
-              <option value="">the first part</option>
+              <option value="">{tr("flow.theFirstPart")}</option>
               {[...new Set([...(initial === null ? [] : [initial]), ...composed.statesOf(draft)])].map((name) => (
                 <option key={name}>{name}</option>
               ))}
             </select>
           </label>
         )}
-        <TextField label="shared blocks" placeholder="none" value={share.join(", ")} commit={(text) => put({ share: words(text) })} />
+        <TextField
+          label={tr("flow.sharedBlocks")}
+          placeholder={tr("flow.none")}
+          value={share.join(", ")}
+          commit={(text) => put({ share: words(text) })}
+        />
       </div>
     </Panel>
   );

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { Component, type ReactNode, useState } from "react";
 import { refusalsOf } from "../../../control/refusals";
 import { Refusals } from "../../../design/parts";
+import { tr } from "../../../language/text";
 import { download } from "./file";
 import { forgetKept, forgetUnread, keptText, unreadText } from "./history";
 
@@ -18,16 +20,16 @@ export class DraftBoundary extends Component<{ children: ReactNode }, { failure:
     const text = keptText();
     return (
       <div className="stack" role="alert">
-        <p>This draft cannot be displayed. The system is not affected; save the draft before you start over.</p>
+        <p>{tr("flow.thisDraftCannotBeDisplayedThe")}</p>
         <Refusals of={refusalsOf(this.state.failure)} />
         <div className="row">
           {text !== null && (
             <button type="button" onClick={() => download("draft.json", text)}>
-              Save the draft as a file
+              {tr("flow.saveTheDraftAsAFile")}
             </button>
           )}
           <button type="button" onClick={() => this.setState({ failure: null })}>
-            Try again
+            {tr("flow.tryAgain")}
           </button>
           <button
             type="button"
@@ -36,7 +38,7 @@ export class DraftBoundary extends Component<{ children: ReactNode }, { failure:
               this.setState({ failure: null });
             }}
           >
-            Start over
+            {tr("flow.startOver")}
           </button>
         </div>
       </div>
@@ -50,9 +52,9 @@ export function UnreadDraft() {
   if (text === null) return null;
   return (
     <div className="row" role="status">
-      <span>A stored draft cannot be read by this page.</span>
+      <span>{tr("flow.aStoredDraftCannotBeRead")}</span>
       <button type="button" onClick={() => download("draft.json", text)}>
-        Save it as a file
+        {tr("flow.saveItAsAFile")}
       </button>
       <button
         type="button"
@@ -61,7 +63,7 @@ export function UnreadDraft() {
           setText(null);
         }}
       >
-        Dismiss
+        {tr("flow.dismiss")}
       </button>
     </div>
   );

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useId, useMemo, useState } from "react";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
 import { Refusals } from "../../../design/parts";
+import { tr } from "../../../language/text";
 import { type DrawnDefinition, newComposition, newGraph, newVerb, type Part } from "./definition";
 import { besides, download, draftsOf, savedFile } from "./file";
 import type { OpenedFile } from "./history";
@@ -34,7 +36,7 @@ export function FileTools(props: {
       const text = await file.text();
       const [first] = draftsOf(text);
       const more = besides(text);
-      if (!first) throw new Error(`'${file.name}' defines neither a graph nor a verb. ${more ?? ""}`);
+      if (!first) throw new Error(tr("flow.nameDefinesNeitherAGraphNor", { name: file.name, part: more ?? "" }));
       setSaid(more);
       props.open(first, { name: file.name, text });
     } catch (why) {
@@ -68,20 +70,20 @@ export function FileTools(props: {
     <div className="stack">
       <div className="row">
         <button type="button" onClick={() => props.open(newGraph("untitled"), null)}>
-          New graph
+          {tr("flow.newGraph")}
         </button>
         <button type="button" onClick={() => props.open(newVerb("untitled"), null)}>
-          New verb
+          {tr("flow.newVerb")}
         </button>
         <button
           type="button"
-          title="A verb composed of verbs of the open file and of the system"
+          title={tr("flow.aVerbComposedOfVerbsOf")}
           onClick={() => props.open(newComposition("untitled", partsAt(props.draft, found)), props.file)}
         >
-          New composition
+          {tr("flow.newComposition")}
         </button>
         <label className="button" htmlFor={field}>
-          Open file…
+          {tr("flow.openFile")}
         </label>
         <input
           id={field}
@@ -94,14 +96,14 @@ export function FileTools(props: {
           }}
         />
         <SystemVerb
-          label="Open a verb of the system"
-          first="Open from the system…"
+          label={tr("flow.openAVerbOfTheSystem")}
+          first={tr("flow.openFromTheSystem")}
           take={(name, defined) => props.open(draftOf("verb", name, withoutSources(defined)), null)}
           failed={setWrong}
         />
         {found.length > 1 && (
           <select
-            aria-label="Definition of the file"
+            aria-label={tr("flow.definitionOfTheFile")}
             value={`${props.draft.kind} ${props.draft.of.name}`}
             onChange={(event) => {
               change(event.target.value);
@@ -113,7 +115,7 @@ export function FileTools(props: {
           </select>
         )}
         <button type="button" onClick={save}>
-          Save file
+          {tr("flow.saveFile")}
         </button>
       </div>
       {said && (

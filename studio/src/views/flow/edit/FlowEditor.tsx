@@ -5,6 +5,7 @@ import { useCallback, useEffect, useMemo, useState } from "react";
 import { own } from "../../../design/own";
 import { Unread, useUnread } from "../../../design/unread";
 import { useLatest } from "../../../design/useLatest";
+import { tr } from "../../../language/text";
 import { useLive } from "../../../shell/context";
 import { type StateEdit, StatesCanvas } from "../../verbs/StatesCanvas";
 import { shapeOfDefinition } from "../../verbs/shape";
@@ -105,7 +106,7 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
   );
   const [isBySource, setBySource] = useState(false);
   const bySource = useMemo(
-    () => (isBySource ? grouped(drawing.boxes, sources, (box) => box.source, "the source chosen at start") : null),
+    () => (isBySource ? grouped(drawing.boxes, sources, (box) => box.source, tr("flow.theSourceChosenAtStart")) : null),
     [isBySource, drawing, sources],
   );
   const places = useMemo(() => bySource?.places ?? placesOf(drawing.boxes, draft), [bySource, drawing, draft]);
@@ -229,7 +230,7 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
             })
           }
         >
-          Arrange
+          {tr("flow.arrange")}
         </button>
         <button
           type="button"
@@ -239,7 +240,7 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
             showAnew();
           }}
         >
-          By source
+          {tr("flow.bySource")}
         </button>
         <Boundaries
           draft={draft}
@@ -251,10 +252,10 @@ export function FlowEditor(props: { work: Working; whole: Draft }) {
         {draft.kind === "verb" && (
           <>
             <button type="button" aria-pressed={shown === "flow"} onClick={() => setShown("flow")}>
-              Data flow
+              {tr("flow.dataFlow")}
             </button>
             <button type="button" aria-pressed={shown === "lists"} onClick={() => setShown("lists")}>
-              Command lists
+              {tr("flow.commandLists")}
             </button>
           </>
         )}

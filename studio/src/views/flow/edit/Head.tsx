@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import type { ReactNode } from "react";
 import type { Refusal } from "../../../control/refusals";
 import { Refusals } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
+import { tr } from "../../../language/text";
 import { UnreadDraft } from "./DraftBoundary";
 import type { DrawnDefinition } from "./definition";
 import { FileTools } from "./FileTools";
@@ -10,7 +12,11 @@ import type { useDraft } from "./history";
 
 export type Working = ReturnType<typeof useDraft>;
 
-const KINDS: Record<DrawnDefinition["kind"], string> = { graph: "Graph", verb: "Verb", composition: "Composition" };
+const KINDS: Record<DrawnDefinition["kind"], string> = {
+  graph: tr("flow.graph"),
+  verb: tr("flow.verb"),
+  composition: tr("flow.composition"),
+};
 
 /** The toolbar above the drawing: name, purpose, undo and redo, files. `children` are the tools of the specific editor. */
 export function Head(props: {
@@ -30,16 +36,16 @@ export function Head(props: {
           label={KINDS[of.kind]}
           value={of.of.name}
           commit={(name) => {
-            if (name === "") return "enter a name";
+            if (name === "") return tr("flow.enterAName");
             put({ name });
           }}
         />
-        <TextField label="purpose" value={of.of.doc} placeholder="description" commit={(doc) => put({ doc })} />
+        <TextField label={tr("flow.purpose")} value={of.of.doc} placeholder={tr("flow.description")} commit={(doc) => put({ doc })} />
         <button type="button" disabled={!work.back} onClick={() => work.back?.()}>
-          Undo
+          {tr("flow.undo")}
         </button>
         <button type="button" disabled={!work.again} onClick={() => work.again?.()}>
-          Redo
+          {tr("flow.redo")}
         </button>
         {props.children}
       </div>

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useState } from "react";
 import type { VerbRequest } from "../../../control/shapes";
 import { Panel, Refusals } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
+import { tr } from "../../../language/text";
 import { useAction, useLive } from "../../../shell/context";
 import { addressOf } from "../../../shell/route";
 import { type Draft, definitionOf } from "./definition";
@@ -17,8 +19,8 @@ export function Install(props: { draft: Draft; placement: Placement; faces: Face
   const control = useLive();
   if (!control.may("configure")) return null;
   return (
-    <Panel title="Install">
-      {!isSound && <p className="quiet">Fix the findings under Checks first; press one to go to its place.</p>}
+    <Panel title={tr("flow.install")}>
+      {!isSound && <p className="quiet">{tr("flow.fixTheFindingsUnderChecksFirst")}</p>}
       {draft.kind === "verb" ? (
         <InstallVerb draft={draft} placement={placement} isSound={isSound} />
       ) : (
@@ -50,11 +52,11 @@ function InstallVerb(props: { draft: Draft & { kind: "verb" }; placement: Placem
             })
           }
         >
-          Install verb {name}
+          {tr("flow.installVerbName", { name })}
         </button>
         {installed === props.draft && (
           <span role="status">
-            Installed. <a href={addressOf("verbs", [name])}>Start it</a>
+            {tr("flow.installed")} <a href={addressOf("verbs", [name])}>{tr("flow.startIt")}</a>
           </span>
         )}
       </div>
@@ -79,19 +81,19 @@ function TryGraph(props: { draft: Draft & { kind: "graph" }; placement: Placemen
   const missing = inputs.filter((name) => wanted.inputs[name] === undefined);
   return (
     <div className="stack">
-      <p className="quiet">A graph runs in a separate verb that activates it. Its outputs become SVVs.</p>
+      <p className="quiet">{tr("flow.aGraphRunsInASeparate")}</p>
       <TextField
-        label="every"
+        label={tr("flow.every")}
         value={`${wanted.every_ns / 1e6} ms`}
         commit={(text) => {
           const read = everyOf(text);
-          if (read.wrong !== undefined || read.value === null) return read.wrong ?? "enter an interval, for example 20 ms";
+          if (read.wrong !== undefined || read.value === null) return read.wrong ?? tr("flow.enterAnIntervalForExample20");
           setWanted({ ...wanted, every_ns: read.value });
         }}
       />
       <label className="row">
-        <span className="quiet">on</span>
-        <select aria-label="Source" value={source} onChange={(event) => setWanted({ ...wanted, source: event.target.value })}>
+        <span className="quiet">{tr("flow.on")}</span>
+        <select aria-label={tr("flow.source")} value={source} onChange={(event) => setWanted({ ...wanted, source: event.target.value })}>
           {sources.map((one) => (
             <option key={one}>{one}</option>
           ))}
@@ -105,7 +107,7 @@ function TryGraph(props: { draft: Draft & { kind: "graph" }; placement: Placemen
           put={(given) => setWanted({ ...wanted, inputs: { ...wanted.inputs, [name]: given } })}
         />
       ))}
-      {missing.length > 0 && <p className="quiet">Inputs without an SVV or value: {missing.join(", ")}</p>}
+      {missing.length > 0 && <p className="quiet">{tr("flow.inputsWithoutAnSVVOrValue", { missing: missing.join(", ") })}</p>}
       <div className="row">
         <button
           type="button"
@@ -113,11 +115,11 @@ function TryGraph(props: { draft: Draft & { kind: "graph" }; placement: Placemen
           disabled={busy || !props.isSound || missing.length > 0 || source === "" || trial !== null}
           onClick={() => void run(async () => setTrial(await begin(control, draft, faces, { ...wanted, source, placement })))}
         >
-          Install and start
+          {tr("flow.installAndStart")}
         </button>
         {trial && (
           <>
-            <a href={addressOf("scope", [], { names: trial.outputs.join(",") })}>Show its outputs in the scope</a>
+            <a href={addressOf("scope", [], { names: trial.outputs.join(",") })}>{tr("flow.showItsOutputsInTheScope")}</a>
             <button
               type="button"
               disabled={busy}
@@ -128,7 +130,7 @@ function TryGraph(props: { draft: Draft & { kind: "graph" }; placement: Placemen
                 })
               }
             >
-              Halt and remove {trial.verb}
+              {tr("flow.haltAndRemoveVerb", { verb: trial.verb })}
             </button>
           </>
         )}
@@ -152,7 +154,7 @@ function InputField(props: { name: string; svvs: string[]; put: (given: TrialReq
       <TextField
         label={name}
         list={list}
-        placeholder="SVV or value"
+        placeholder={tr("flow.sVVOrValue")}
         value={text}
         commit={(given) => {
           const { value, wrong } = constantOf(given, "value");
@@ -162,7 +164,7 @@ function InputField(props: { name: string; svvs: string[]; put: (given: TrialReq
           } else if (wrong === null && value !== undefined) {
             setText(given);
             put({ value });
-          } else return `'${given}' is neither an SVV of the system nor a value`;
+          } else return tr("flow.givenIsNeitherAnSVVOf", { given });
         }}
       />
     </>

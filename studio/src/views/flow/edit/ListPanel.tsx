@@ -4,6 +4,7 @@ import { period } from "../../../design/numbers";
 import { own } from "../../../design/own";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
+import { tr, trWord } from "../../../language/text";
 import { removeList, setInitial, setList } from "./change";
 import type { Command, Draft, Verb } from "./definition";
 import { about, type Finding } from "./findings";
@@ -29,23 +30,24 @@ export function ListPanel(props: {
     props.findings.filter((finding) => finding.where.some((where) => "list" in where && where.list === list && where.command === index));
   return (
     <Panel
-      title={`Command list ${list}`}
+      title={tr("flow.commandListList", { list })}
       end={
         <>
           <button type="button" onClick={() => change(setInitial(draft, list))} aria-pressed={draft.of.initial === list}>
-            Begins
+            {tr("flow.begins")}
           </button>
           <button type="button" onClick={() => change(removeList(draft, list))}>
-            Remove
+            {tr("flow.remove")}
           </button>
         </>
       }
     >
       <TextField
-        label="Name"
+        label={tr("flow.name")}
         value={list}
         commit={(to) => {
-          if (to === "" || Object.hasOwn(draft.of.command_lists, to)) return to === "" ? "enter a name" : `'${to}' already exists`;
+          if (to === "" || Object.hasOwn(draft.of.command_lists, to))
+            return to === "" ? tr("flow.enterAName") : tr("flow.toAlreadyExists", { to });
           change(renameList(draft, list, to));
           props.choose(to);
         }}
@@ -57,7 +59,7 @@ export function ListPanel(props: {
             <CommandRow
               command={command}
               of={draft.of}
-              label={`Command ${index + 1}`}
+              label={tr("flow.commandIndex", { index: index + 1 })}
               put={(next) => put(commands.map((one, at) => (at === index ? next : one)))}
               remove={() => put(commands.filter((_, at) => at !== index))}
               up={index > 0 ? () => put(swapped(commands, index)) : null}
@@ -75,7 +77,7 @@ export function ListPanel(props: {
           type="button"
           onClick={() => put([...commands, { command: "activate", block: Object.keys(draft.of.blocks)[0] ?? "", every_ns: EVERY_NS }])}
         >
-          Add command
+          {tr("flow.addCommand")}
         </button>
       </div>
     </Panel>
@@ -103,16 +105,22 @@ function CommandRow(props: {
   return (
     <fieldset className="row" aria-label={label}>
       <select
-        aria-label={`${label}: command`}
+        aria-label={tr("flow.labelCommand", { label })}
         value={command.command}
         onChange={(event) => put(commandOf(event.target.value as Command["command"], block))}
       >
         {KINDS.map((kind) => (
-          <option key={kind}>{kind}</option>
+          <option key={kind} value={kind}>
+            {trWord(kind)}
+          </option>
         ))}
       </select>
       {(command.command === "execute" || command.command === "activate" || command.command === "deactivate") && (
-        <select aria-label={`${label}: block`} value={block} onChange={(event) => put({ ...command, block: event.target.value })}>
+        <select
+          aria-label={tr("flow.labelBlock", { label })}
+          value={block}
+          onChange={(event) => put({ ...command, block: event.target.value })}
+        >
           {!labels.includes(block) && <option>{block}</option>}
           {labels.map((one) => (
             <option key={one}>{one}</option>
@@ -120,12 +128,16 @@ function CommandRow(props: {
         </select>
       )}
       {command.command === "install" && (
-        <TextField label="blocks" value={(command.blocks ?? []).join(", ")} commit={(text) => put({ ...command, blocks: words(text) })} />
+        <TextField
+          label={tr("flow.blocks")}
+          value={(command.blocks ?? []).join(", ")}
+          commit={(text) => put({ ...command, blocks: words(text) })}
+        />
       )}
       {command.command === "activate" && (
         <TextField
-          label="every"
-          placeholder="when data comes"
+          label={tr("flow.every")}
+          placeholder={tr("flow.whenDataComes")}
           value={command.every_ns ? period(command.every_ns) : ""}
           commit={(text) => {
             const read = everyOf(text);
@@ -137,8 +149,8 @@ function CommandRow(props: {
       {command.command === "activate" && (
         <>
           <TextField
-            label="budget"
-            placeholder="none"
+            label={tr("flow.budget")}
+            placeholder={tr("flow.none")}
             value={typeof command.budget_ns === "number" ? period(command.budget_ns) : ""}
             commit={(text) => {
               const read = everyOf(text);
@@ -152,24 +164,24 @@ function CommandRow(props: {
               checked={command.tunable === true}
               onChange={(event) => put(withOrWithout(command, "tunable", event.target.checked || null))}
             />
-            interval may change
+            {tr("flow.intervalMayChange")}
           </label>
         </>
       )}
       {command.command === "wait" && (
         <TextField
-          label="for"
-          placeholder="until nothing is active"
+          label={tr("flow.for")}
+          placeholder={tr("flow.untilNothingIsActive")}
           value={command.time_ns ? period(command.time_ns) : (command.conditions ?? []).join(", ")}
           commit={(text) => put(waitOf(text))}
         />
       )}
       {props.up && (
-        <button type="button" onClick={props.up} aria-label={`${label}: move up`}>
+        <button type="button" onClick={props.up} aria-label={tr("flow.labelMoveUp", { label })}>
           ↑
         </button>
       )}
-      <button type="button" onClick={props.remove} aria-label={`${label}: remove`}>
+      <button type="button" onClick={props.remove} aria-label={tr("flow.labelRemove", { label })}>
         ×
       </button>
     </fieldset>

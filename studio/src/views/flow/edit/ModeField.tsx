@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { TextField } from "../../../design/TextField";
+import { tr } from "../../../language/text";
 import type { Mode } from "./definition";
 
 /** Relation between a port's values and its block's invocations: either the one that the block declares, or one specified here. */
@@ -12,18 +14,18 @@ export function ModeField(props: { of: string; declared: string; mode: Mode | un
   };
   return (
     <div className="row">
-      <select aria-label={`Mode of ${props.of}`} value={kind} onChange={(event) => put(chosen(event.target.value))}>
-        <option value="">as declared: {props.declared}</option>
-        <option value="synchronous">synchronous</option>
-        <option value="asynchronous">asynchronous</option>
-        <option value="ratio">ratio</option>
+      <select aria-label={tr("flow.modeOfOf", { of: props.of })} value={kind} onChange={(event) => put(chosen(event.target.value))}>
+        <option value="">{tr("flow.asDeclaredDeclared", { declared: props.declared })}</option>
+        <option value="synchronous">{tr("flow.synchronous")}</option>
+        <option value="asynchronous">{tr("flow.asynchronous")}</option>
+        <option value="ratio">{tr("flow.ratio")}</option>
       </select>
       {typeof mode === "object" && (
         <TextField
-          label="values per invocation"
+          label={tr("flow.valuesPerInvocation")}
           value={String(mode.ratio)}
           commit={(text) => {
-            if (!/^[1-9]\d*$/.test(text)) return `'${text}' is not a ratio: write an integer of at least 1`;
+            if (!/^[1-9]\d*$/.test(text)) return tr("flow.textIsNotARatioWrite", { text });
             put({ ratio: Number(text) });
           }}
         />

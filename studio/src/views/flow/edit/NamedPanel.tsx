@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { type ReactNode, useId } from "react";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
+import { tr } from "../../../language/text";
 import { freeName } from "./change";
 import type { Draft } from "./definition";
 import { about, type Finding } from "./findings";
@@ -37,7 +39,7 @@ export function NamedPanel<T>(props: {
       title={props.title}
       end={
         <button type="button" onClick={() => change(set(draft, freeName(wanted, Object.keys(of)), fresh))}>
-          Add
+          {tr("flow.add")}
         </button>
       }
     >
@@ -52,14 +54,18 @@ export function NamedPanel<T>(props: {
         <fieldset key={name} aria-label={`${kind} ${name}`} data-place={`${props.place}:${name}`}>
           <div className="row">
             <TextField
-              label="Name"
+              label={tr("flow.name")}
               value={name}
               commit={(to) => {
-                if (to === "" || Object.hasOwn(of, to)) return to === "" ? "enter a name" : `'${to}' already exists`;
+                if (to === "" || Object.hasOwn(of, to)) return to === "" ? tr("flow.enterAName") : tr("flow.toAlreadyExists", { to });
                 change(props.rename(draft, name, to));
               }}
             />
-            <button type="button" aria-label={`Remove ${props.one} ${name}`} onClick={() => change(set(draft, name, null))}>
+            <button
+              type="button"
+              aria-label={tr("flow.removeOneName", { one: props.one, name })}
+              onClick={() => change(set(draft, name, null))}
+            >
               ×
             </button>
           </div>

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useEffect, useMemo, useState } from "react";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
 import { Choices } from "../../../design/Choices";
 import { Refusals } from "../../../design/parts";
+import { tr } from "../../../language/text";
 import { useLive } from "../../../shell/context";
 import type { Draft, Graph } from "./definition";
 import type { Faces } from "./faces";
@@ -41,7 +43,11 @@ export function Offer(props: {
     <div
       className="offer"
       role="dialog"
-      aria-label={`What ${from.side === "output" ? "the wire from" : "the wire to"} ${from.box}.${from.port} leads to`}
+      aria-label={tr("flow.whatBoxPortLeadsTo", {
+        part: from.side === "output" ? tr("flow.theWireFrom") : tr("flow.theWireTo"),
+        box: from.box,
+        port: from.port,
+      })}
       onBlur={(event) => {
         if (!event.currentTarget.contains(event.relatedTarget)) props.close();
       }}
@@ -49,9 +55,9 @@ export function Offer(props: {
       <Refusals of={refusals} />
       {offers && (
         <Choices
-          label="Matching block or port"
+          label={tr("flow.matchingBlockOrPort")}
           choices={offers}
-          empty="No match."
+          empty={tr("flow.noMatch2")}
           take={(choice) => {
             const offer = offers.find((one) => one.key === choice.key);
             if (offer) props.take(offer);
@@ -59,7 +65,7 @@ export function Offer(props: {
           close={props.close}
         />
       )}
-      {!offers && refusals.length === 0 && <p className="quiet">Searching for matches…</p>}
+      {!offers && refusals.length === 0 && <p className="quiet">{tr("flow.searchingForMatches")}</p>}
     </div>
   );
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useMemo, useState } from "react";
 import { Panel } from "../../../design/parts";
+import { tr } from "../../../language/text";
 import type { Graph } from "./definition";
 import type { Face, Faces } from "./faces";
 
@@ -13,13 +15,13 @@ export function Palette(props: { faces: Faces; graphs: Graph[]; add: (block: str
   const groups = useMemo(() => grouped(props.faces, sought), [props.faces, sought]);
   const graphs = props.graphs.filter((graph) => says(`${graph.name} ${graph.doc}`, sought));
   return (
-    <Panel title="Components" className="palette side">
+    <Panel title={tr("flow.components")} className="palette side">
       <label className="stack">
-        <span className="unseen">Search components</span>
-        <input type="search" placeholder="Search" value={sought} onChange={(event) => setSought(event.target.value)} />
+        <span className="unseen">{tr("flow.searchComponents")}</span>
+        <input type="search" placeholder={tr("flow.search")} value={sought} onChange={(event) => setSought(event.target.value)} />
       </label>
-      <section aria-label="graphs">
-        <h3>graphs</h3>
+      <section aria-label={tr("flow.graphs")}>
+        <h3>{tr("flow.graphs")}</h3>
         <ul>
           {graphs.map((graph) => (
             <li key={graph.name}>
@@ -29,8 +31,8 @@ export function Palette(props: { faces: Faces; graphs: Graph[]; add: (block: str
             </li>
           ))}
           <li>
-            <button type="button" title="A new graph, used as a block" onClick={() => props.addGraph(null)}>
-              an empty graph
+            <button type="button" title={tr("flow.aNewGraphUsedAsA")} onClick={() => props.addGraph(null)}>
+              {tr("flow.anEmptyGraph")}
             </button>
           </li>
         </ul>
@@ -59,7 +61,7 @@ export function Palette(props: { faces: Faces; graphs: Graph[]; add: (block: str
           </ul>
         </section>
       ))}
-      {groups.size === 0 && <p className="quiet">No component contains '{sought}' in its name or description.</p>}
+      {groups.size === 0 && <p className="quiet">{tr("flow.noComponentContainsSoughtInIts", { sought })}</p>}
     </Panel>
   );
 }
@@ -86,5 +88,5 @@ function says(text: string, sought: string): boolean {
 function categoryOf(face: Face): string {
   const [module = ""] = face.name.split(".");
   const folder = /blocks\/([^/]+)\/[^/]+$/.exec(face.file)?.[1];
-  return module === "library" ? (folder ?? "library").replaceAll("_", " ") : `module ${module}`;
+  return module === "library" ? (folder ?? "library").replaceAll("_", " ") : tr("flow.moduleModule", { module });
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
+import { tr } from "../../../language/text";
 import { freeName, setCondition, setInput, setList, setObject, setOutput, setRequirement, setTransition } from "./change";
 import type { Draft, Transition } from "./definition";
 import { type Faces, type Item, itemsOf } from "./faces";
@@ -35,8 +37,8 @@ function Objects(props: OfVerb) {
   return (
     <NamedPanel
       {...props}
-      title="Objects"
-      one="object"
+      title={tr("flow.objects")}
+      one={tr("flow.object")}
       place="object"
       of={props.draft.of.objects ?? {}}
       fresh={["joint", { device_type: props.device_types[0] ?? "", each: false }]}
@@ -47,15 +49,15 @@ function Objects(props: OfVerb) {
       fields={(object, put, list) => (
         <>
           <TextField
-            label="type"
+            label={tr("flow.type")}
             list={list}
-            placeholder="type of logical devices"
+            placeholder={tr("flow.typeOfLogicalDevices")}
             value={object.device_type}
             commit={(device_type) => put({ ...object, device_type })}
           />
           <label className="row">
             <input type="checkbox" checked={object.each} onChange={(event) => put({ ...object, each: event.target.checked })} />
-            several of them
+            {tr("flow.severalOfThem")}
           </label>
         </>
       )}
@@ -67,16 +69,14 @@ function Lists(props: OfVerb) {
   const { draft, change } = props;
   return (
     <Panel
-      title="Command lists"
+      title={tr("flow.commandLists")}
       end={
         <button type="button" onClick={() => change(setList(draft, freeName("list", Object.keys(draft.of.command_lists)), []))}>
-          Add
+          {tr("flow.add")}
         </button>
       }
     >
-      <p className="quiet">
-        Select a list in the drawing “Command lists” to see its commands. Draw a line from one to another to add a transition.
-      </p>
+      <p className="quiet">{tr("flow.selectAListInTheDrawing")}</p>
     </Panel>
   );
 }
@@ -85,8 +85,8 @@ function Conditions(props: OfVerb) {
   return (
     <NamedPanel
       {...props}
-      title="Conditions"
-      one="condition"
+      title={tr("flow.conditions")}
+      one={tr("flow.condition2")}
       place="condition"
       of={props.draft.of.conditions}
       fresh={["done", { on: [], returns: null, raises: false, during: [], priority: 0 }]}
@@ -97,29 +97,29 @@ function Conditions(props: OfVerb) {
       fields={(condition, put, list) => (
         <>
           <TextField
-            label="is"
+            label={tr("flow.is")}
             list={list}
             placeholder="block.condition"
             value={condition.on.join(", ")}
             commit={(text) => put({ ...condition, on: words(text) })}
           />
           <TextField
-            label="returns"
-            placeholder="empty: abnormal end; else nothing, or output values"
+            label={tr("flow.returns")}
+            placeholder={tr("flow.emptyAbnormalEndElseNothingOr")}
             value={condition.returns?.length === 0 ? NONE : (condition.returns ?? []).join(", ")}
             commit={(text) => put({ ...condition, returns: text === "" ? null : text === NONE ? [] : words(text) })}
           />
           <TextField
-            label="during"
-            placeholder="every command list"
+            label={tr("flow.during")}
+            placeholder={tr("flow.everyCommandList")}
             value={condition.during.join(", ")}
             commit={(text) => put({ ...condition, during: words(text) })}
           />
           <TextField
-            label="priority"
+            label={tr("flow.priority")}
             value={String(condition.priority)}
             commit={(text) => {
-              if (!/^-?\d+$/.test(text)) return `'${text}' is not a priority: write an integer`;
+              if (!/^-?\d+$/.test(text)) return tr("flow.textIsNotAPriorityWrite", { text });
               put({ ...condition, priority: Number(text) });
             }}
           />
@@ -130,11 +130,11 @@ function Conditions(props: OfVerb) {
                 checked={Boolean(condition.raises)}
                 onChange={(event) => put({ ...condition, raises: event.target.checked })}
               />
-              is an error
+              {tr("flow.isAnError")}
             </label>
             {Boolean(condition.raises) && (
               <TextField
-                label="class"
+                label={tr("flow.class")}
                 placeholder="gpac.Terminated"
                 value={typeof condition.raises === "string" ? condition.raises : ""}
                 commit={(text) => put({ ...condition, raises: text === "" ? true : text })}
@@ -142,8 +142,8 @@ function Conditions(props: OfVerb) {
             )}
           </div>
           <TextField
-            label="alarm"
-            placeholder="none"
+            label={tr("flow.alarm")}
+            placeholder={tr("flow.none")}
             value={condition.alarm ?? ""}
             commit={(text) => put({ ...condition, alarm: text === "" ? null : text })}
           />
@@ -162,10 +162,10 @@ function Transitions(props: OfVerb) {
   const fresh = first !== undefined && second !== undefined && { from: first, condition: conditions[0] ?? "completed", to: second };
   return (
     <Panel
-      title="Transitions"
+      title={tr("flow.transitions")}
       end={
         <button type="button" disabled={!fresh} onClick={() => fresh && change(setTransition(draft, transitions.length, fresh))}>
-          Add
+          {tr("flow.add")}
         </button>
       }
     >
@@ -185,7 +185,7 @@ function Transitions(props: OfVerb) {
           <fieldset
             // biome-ignore lint/suspicious/noArrayIndexKey: a transition is known by its place
             key={index}
-            aria-label={`Transition from ${line.from} to ${line.to}`}
+            aria-label={tr("flow.transitionFromFromToTo", { from: line.from, to: line.to })}
             data-place={`transition:${line.from}:${line.condition}`}
           >
             <div className="row">
@@ -193,7 +193,7 @@ function Transitions(props: OfVerb) {
               {choice("Condition", "condition", conditions)}
               <span aria-hidden="true">→</span>
               {choice("To", "to", lists)}
-              <button type="button" aria-label="Remove transition" onClick={() => change(setTransition(draft, index, null))}>
+              <button type="button" aria-label={tr("flow.removeTransition")} onClick={() => change(setTransition(draft, index, null))}>
                 ×
               </button>
             </div>
@@ -210,8 +210,8 @@ function Inputs(props: OfVerb) {
   return (
     <NamedPanel
       {...props}
-      title="Input parameters"
-      one="input parameter"
+      title={tr("flow.inputParameters")}
+      one={tr("flow.inputParameter")}
       place="parameter"
       of={props.draft.of.input_parameters}
       fresh={["goal", { targets: [], default: null, unit: "", tunable: false }]}
@@ -222,15 +222,15 @@ function Inputs(props: OfVerb) {
       fields={(input, put, list) => (
         <>
           <TextField
-            label="stored in"
+            label={tr("flow.storedIn")}
             list={list}
             placeholder="block.port"
             value={input.targets.join(", ")}
             commit={(text) => put({ ...input, targets: words(text) })}
           />
           <TextField
-            label="default"
-            placeholder="none: required"
+            label={tr("flow.default")}
+            placeholder={tr("flow.noneRequired")}
             value={constantText(input.default)}
             commit={(text) => {
               const { value, wrong } = givenOf(text);
@@ -238,10 +238,15 @@ function Inputs(props: OfVerb) {
               put({ ...input, default: value ?? null });
             }}
           />
-          <TextField label="unit" placeholder="of the port" value={input.unit} commit={(unit) => put({ ...input, unit })} />
           <TextField
-            label="within"
-            placeholder="any value"
+            label={tr("flow.unit")}
+            placeholder={tr("flow.ofThePort")}
+            value={input.unit}
+            commit={(unit) => put({ ...input, unit })}
+          />
+          <TextField
+            label={tr("flow.within")}
+            placeholder={tr("flow.anyValue")}
             value={(input.within ?? []).join(", ")}
             commit={(text) => {
               const read = withinOf(text);
@@ -250,14 +255,14 @@ function Inputs(props: OfVerb) {
             }}
           />
           <TextField
-            label="counted from"
-            placeholder={`0; or ${object}.commanded`}
+            label={tr("flow.countedFrom")}
+            placeholder={tr("flow.0OrObjectCommanded", { object })}
             value={input.counted_from ?? ""}
             commit={(from) => put({ ...input, counted_from: from || null })}
           />
           <label className="row">
             <input type="checkbox" checked={input.tunable} onChange={(event) => put({ ...input, tunable: event.target.checked })} />
-            may be set while it runs
+            {tr("flow.mayBeSetWhileItRuns")}
           </label>
         </>
       )}
@@ -274,8 +279,8 @@ function Requirements(props: OfVerb) {
   return (
     <NamedPanel
       {...props}
-      title="Requirements"
-      one="requirement"
+      title={tr("flow.requirements")}
+      one={tr("flow.requirement")}
       place="requirement"
       of={props.draft.of.requires ?? {}}
       fresh={[`${object}.homed`, { raises: "NotHomed" }]}
@@ -286,23 +291,23 @@ function Requirements(props: OfVerb) {
       fields={(requirement, put, list) => (
         <>
           <TextField
-            label="raises otherwise"
+            label={tr("flow.raisesOtherwise")}
             list={list}
             value={requirement.raises}
             commit={(raises) => {
-              if (raises === "") return "enter a class of refusals: NotHomed, InvalidState, …";
+              if (raises === "") return tr("flow.enterAClassOfRefusalsNotHomed");
               put({ ...requirement, raises });
             }}
           />
           <TextField
-            label="only when"
-            placeholder={`always; or ${object}.needs_home`}
+            label={tr("flow.onlyWhen")}
+            placeholder={tr("flow.alwaysOrObjectNeedsHome", { object })}
             value={requirement.when ?? ""}
             commit={(when) => put({ ...requirement, when: when === "" ? null : when })}
           />
           <TextField
-            label="remedy"
-            placeholder="remedy"
+            label={tr("flow.remedy")}
+            placeholder={tr("flow.remedy")}
             value={requirement.remedy ?? ""}
             commit={(remedy) => put({ ...requirement, remedy })}
           />
@@ -317,8 +322,8 @@ function Outputs(props: OfVerb) {
   return (
     <NamedPanel
       {...props}
-      title="Output values"
-      one="output value"
+      title={tr("flow.outputValues")}
+      one={tr("flow.outputValue")}
       place="output"
       of={props.draft.of.output_values}
       fresh={["result", ports[0] ?? "block.port"]}
@@ -326,7 +331,7 @@ function Outputs(props: OfVerb) {
       rename={renameOutput}
       choices={ports}
       found={(name) => ofOutput(props.findings, name)}
-      fields={(port, put, list) => <TextField label="read from" list={list} value={port} commit={put} />}
+      fields={(port, put, list) => <TextField label={tr("flow.readFrom")} list={list} value={port} commit={put} />}
     />
   );
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { tr } from "../../../language/text";
 import type { Draft } from "./definition";
 import type { Way } from "./nested";
 
@@ -8,7 +9,7 @@ export function Where(props: { whole: Draft; way: Way; go: (way: Way) => void })
   if (way.length === 0) return null;
   const steps = [whole.of.name, ...way];
   return (
-    <nav aria-label="Path in the drawing">
+    <nav aria-label={tr("flow.pathInTheDrawing")}>
       <ol className="row way">
         {steps.map((name, depth) => (
           // biome-ignore lint/suspicious/noArrayIndexKey: a step is known by its depth

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { period } from "../../../design/numbers";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
+import { tr } from "../../../language/text";
 import { WHOLE } from "./aim";
 import { setWhole } from "./change";
 import type { Draft, Holding } from "./definition";
@@ -17,24 +19,24 @@ export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => 
   const { command_lists, initial, ending, ending_limit_ns, if_cut_off, manual } = draft.of;
   const lists = Object.keys(command_lists);
   return (
-    <Panel title="Execution">
+    <Panel title={tr("flow.execution")}>
       <div className="stack" data-place={WHOLE}>
         <label className="row">
-          <span className="quiet">begins with</span>
+          <span className="quiet">{tr("flow.beginsWith")}</span>
           <select
             value={initial ?? ""}
             onChange={(event) => change({ ...draft, of: { ...draft.of, initial: event.target.value || null } })}
           >
-            <option value="">the first command list</option>
+            <option value="">{tr("flow.theFirstCommandList")}</option>
             {lists.map((name) => (
               <option key={name}>{name}</option>
             ))}
           </select>
         </label>
         <label className="row">
-          <span className="quiet">at every end runs</span>
+          <span className="quiet">{tr("flow.atEveryEndRuns")}</span>
           <select value={ending ?? ""} onChange={(event) => change(setWhole(draft, { ending: event.target.value || null }))}>
-            <option value="">nothing</option>
+            <option value="">{tr("flow.nothing")}</option>
             {lists.map((name) => (
               <option key={name}>{name}</option>
             ))}
@@ -42,7 +44,7 @@ export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => 
         </label>
         {ending && (
           <TextField
-            label="for at most"
+            label={tr("flow.forAtMost")}
             placeholder="2 s"
             value={ending_limit_ns ? period(ending_limit_ns) : ""}
             commit={(text) => {
@@ -54,9 +56,9 @@ export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => 
         )}
         <SuspendField draft={draft} change={change} />
         <label className="row">
-          <span className="quiet">if its program is lost</span>
+          <span className="quiet">{tr("flow.ifItsProgramIsLost")}</span>
           <select value={if_cut_off ?? ""} onChange={(event) => change(setWhole(draft, { if_cut_off: event.target.value || null }))}>
-            <option value="">as usual for its kind</option>
+            <option value="">{tr("flow.asUsualForItsKind")}</option>
             {CUT_OFF.map((name) => (
               <option key={name}>{name}</option>
             ))}
@@ -68,7 +70,7 @@ export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => 
             checked={manual === true}
             onChange={(event) => change(setWhole(draft, { manual: event.target.checked }))}
           />
-          may be started in manual mode
+          {tr("flow.mayBeStartedInManualMode")}
         </label>
       </div>
     </Panel>
@@ -85,7 +87,7 @@ function SuspendField(props: { draft: VerbDraft; change: (draft: Draft) => void 
   return (
     <>
       <label className="row">
-        <span className="quiet">when it is suspended</span>
+        <span className="quiet">{tr("flow.whenItIsSuspended")}</span>
         <select
           value={how}
           onChange={(event) => {
@@ -93,22 +95,22 @@ function SuspendField(props: { draft: VerbDraft; change: (draft: Draft) => void 
             else change(setWhole(draft, { suspend: event.target.value }));
           }}
         >
-          <option value="idle">efforts and speeds become idle, positions are held</option>
-          <option value="hold">its last commands are held; none is an effort or speed</option>
-          <option value="hold_last">its last commands are held, including efforts and speeds</option>
-          <option value="safe">its outputs become safe</option>
-          <option value="holding">its blocks come to rest first</option>
+          <option value="idle">{tr("flow.effortsAndSpeedsBecomeIdlePositions")}</option>
+          <option value="hold">{tr("flow.itsLastCommandsAreHeldNone")}</option>
+          <option value="hold_last">{tr("flow.itsLastCommandsAreHeldIncluding")}</option>
+          <option value="safe">{tr("flow.itsOutputsBecomeSafe")}</option>
+          <option value="holding">{tr("flow.itsBlocksComeToRestFirst")}</option>
         </select>
       </label>
       {ways?.map((way, index) => (
         // biome-ignore lint/suspicious/noArrayIndexKey: a way is known by its place
-        <fieldset key={index} aria-label={`Coming to rest ${index + 1}`}>
-          <TextField label="sets" placeholder="block.hold" value={way.set} commit={(to) => set(index, { set: to })} />
-          <TextField label="until" placeholder="block.held" value={way.until} commit={(until) => set(index, { until })} />
+        <fieldset key={index} aria-label={tr("flow.comingToRestIndex", { index: index + 1 })}>
+          <TextField label={tr("flow.sets")} placeholder="block.hold" value={way.set} commit={(to) => set(index, { set: to })} />
+          <TextField label={tr("flow.until")} placeholder="block.held" value={way.until} commit={(until) => set(index, { until })} />
           {ways.length > 1 && (
             <button
               type="button"
-              aria-label={`Remove coming to rest ${index + 1}`}
+              aria-label={tr("flow.removeComingToRestIndex", { index: index + 1 })}
               onClick={() => put(ways.filter((_, at) => at !== index))}
             >
               ×
@@ -119,7 +121,7 @@ function SuspendField(props: { draft: VerbDraft; change: (draft: Draft) => void 
       {ways && (
         <div className="row">
           <button type="button" onClick={() => put([...ways, { set: "", until: "" }])}>
-            Add coming to rest
+            {tr("flow.addComingToRest")}
           </button>
         </div>
       )}

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { useState } from "react";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
 import { Refusals } from "../../../design/parts";
+import { tr } from "../../../language/text";
 import { useLive } from "../../../shell/context";
 import type { PortSide } from "../drawing/drawing";
 import { allSets, connect, disconnect, type NamedSet, setWith } from "./change";
@@ -19,7 +21,8 @@ export function otherEnds(draft: Draft, side: PortSide, answered: PortAnswer[]):
     if (fits && (set.ports.length === 0 || !refused.has(set.name))) ends.set(set.name, set);
   }
   // A cell may have several writers, one in each command list.
-  if (side === "output") for (const set of allSets(draft)) if (set.kind === "cells") ends.set(`the cell ${set.name}`, set);
+  if (side === "output")
+    for (const set of allSets(draft)) if (set.kind === "cells") ends.set(tr("flow.theCellName", { name: set.name }), set);
   return ends;
 }
 
@@ -52,7 +55,7 @@ export function WireField(props: {
   return (
     <div className="row">
       <select
-        aria-label={side === "output" ? `Wire ${name} to` : `Wire ${name} from`}
+        aria-label={side === "output" ? tr("flow.wireNameTo", { name }) : tr("flow.wireNameFrom", { name })}
         value=""
         onFocus={ask}
         onChange={(event) => {
@@ -61,17 +64,17 @@ export function WireField(props: {
             props.change(side === "output" ? connect(draft, name, other, faces) : connect(draft, other, name, faces));
         }}
       >
-        <option value="">{side === "output" ? "wire to…" : "wire from…"}</option>
+        <option value="">{side === "output" ? tr("flow.wireTo") : tr("flow.wireFrom")}</option>
         {[...(ends?.keys() ?? [])].map((end) => (
           <option key={end}>{end}</option>
         ))}
       </select>
-      <button type="button" aria-label={`New block at ${name}`} onClick={() => props.offer({ box: label, port, side })}>
-        New…
+      <button type="button" aria-label={tr("flow.newBlockAtName", { name })} onClick={() => props.offer({ box: label, port, side })}>
+        {tr("flow.new")}
       </button>
       {side === "input" && present && (
-        <button type="button" aria-label={`Disconnect ${name}`} onClick={() => props.change(disconnect(draft, name, faces))}>
-          Disconnect
+        <button type="button" aria-label={tr("flow.disconnectName", { name })} onClick={() => props.change(disconnect(draft, name, faces))}>
+          {tr("flow.disconnect")}
         </button>
       )}
       <Refusals of={refusals} />

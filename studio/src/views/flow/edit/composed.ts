@@ -2,6 +2,7 @@
 // Compositions in the editor: changes as values, the required names of their parts, and their state diagram.
 
 import type { Value } from "../../../control/shapes";
+import { tr } from "../../../language/text";
 import { arrowsOf, commandText, type Shape } from "../../verbs/shape";
 import { freeName } from "./change";
 import { type ComposedDefinition, type Composition, definitionOf, type Part, type Step, type Verb } from "./definition";
@@ -130,7 +131,7 @@ export function namesOf(part: Part | null, made_of: ComposedDefinition["made_of"
 /** Maximum nesting depth of parts; a greater depth indicates a cycle. */
 const DEPTH_MAX = 20;
 /** Label in the drawing for a transition at every normal end. */
-export const DONE = "every normal end";
+export const DONE = tr("flow.everyNormalEnd");
 
 interface Inside {
   lists: Shape["lists"];

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { tr } from "../../../language/text";
 import type { Box, Drawing, End, Port, Wire } from "../drawing/drawing";
 import { allSets, isOutput, type NamedSet } from "./change";
 import type { BlockUse, Draft, SetKind } from "./definition";
@@ -13,9 +14,9 @@ export interface RefusedWire {
 }
 
 const BOUNDARY: Record<SetKind, string> = {
-  inputs: "input of the graph",
-  outputs: "output of the graph",
-  instantiation_parameters: "instantiation parameter",
+  inputs: tr("flow.inputOfTheGraph"),
+  outputs: tr("flow.outputOfTheGraph"),
+  instantiation_parameters: tr("flow.instantiationParameter"),
   cells: "cell",
 };
 
@@ -95,7 +96,7 @@ function hasItem(use: BlockUse, name: string, faces: Faces): boolean {
 }
 
 function lostPort(name: string, side: Port["side"]): Port {
-  return { name, side, type_text: "", unit: "", mode: "", doc: "this port does not exist" };
+  return { name, side, type_text: "", unit: "", mode: "", doc: tr("flow.thisPortDoesNotExist") };
 }
 
 /** Returns the set that a boundary's box represents. */
@@ -129,8 +130,8 @@ function blockBox(draft: Draft, label: string, use: BlockUse, faces: Faces, find
     id: label,
     kind: isGraph ? "graph" : "block",
     title: label,
-    about: isGraph ? `graph ${name}` : name.replace(/^library\./, ""),
-    doc: isGraph ? (use.block as { graph: { doc: string } }).graph.doc : (face?.doc ?? "this block is unknown to the system"),
+    about: isGraph ? tr("flow.graphName", { name }) : name.replace(/^library\./, ""),
+    doc: isGraph ? (use.block as { graph: { doc: string } }).graph.doc : (face?.doc ?? tr("flow.thisBlockIsUnknownToThe")),
     ports: [...items.flatMap((item) => portsOf(item)), ...lost],
     source: null,
     opens: isGraph ? "closed" : null,
@@ -210,8 +211,11 @@ function wireOf(draft: Draft, set: NamedSet, from: End, to: End, faces: Faces, f
 function lostText(draft: Draft, end: End, faces: Faces): string | null {
   const use = Object.hasOwn(draft.of.blocks, end.box) ? draft.of.blocks[end.box] : undefined;
   if (!use || !isLost(draft, `${end.box}.${end.port}`, faces)) return null;
-  const [of, whole] = "graph" in use.block ? [`graph ${use.block.graph.name}`, "the graph"] : [use.block.subroutine, "the block"];
-  return `'${end.box}' (${of}) has no port '${end.port}'; remove the wire, or add the port to ${whole} again`;
+  const [of, whole] =
+    "graph" in use.block
+      ? [tr("flow.graphName", { name: use.block.graph.name }), tr("flow.theGraph")]
+      : [use.block.subroutine, tr("flow.theBlock")];
+  return tr("flow.boxOfHasNoPortPort", { box: end.box, of, port: end.port, whole });
 }
 
 /** Returns whether a finding concerns this wire: it names both ends of the wire, or its cell and no port elsewhere. */

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Faces of blocks, from the call `library`.
+import { tr } from "../../../language/text";
 import type { PortSide } from "../drawing/drawing";
 import type { BlockUse } from "./definition";
 
@@ -26,7 +27,7 @@ export interface Face {
 export type Faces = ReadonlyMap<string, Face>;
 
 export function modeText(mode: Item["mode"]): string {
-  return typeof mode === "string" ? mode : `ratio ${mode.ratio}`;
+  return typeof mode === "string" ? mode : tr("flow.ratioRatio", { ratio: mode.ratio });
 }
 
 /**

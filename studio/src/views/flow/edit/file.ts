@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { parse as parseToml, TomlError } from "smol-toml";
+import { tr } from "../../../language/text";
 import { type Draft, type DrawnDefinition, definitionOf, FORMAT, type Graph, type Part, VERSION } from "./definition";
 import type { OpenedFile } from "./history";
 import { compositionOf, draftOf } from "./reading";
@@ -33,11 +35,11 @@ type WrittenDefinition = [section: string, key: string, definition: Tree];
 export function savedFile(draft: DrawnDefinition, file: OpenedFile | null): SavedFile {
   if (file === null) return { name: `${draft.of.name}.json`, text: fileText(draft), said: null };
   const opened = drawnIn(file.text, draft);
-  if (opened && isUnchanged(draft, opened)) return { ...file, said: "nothing was changed in the file" };
+  if (opened && isUnchanged(draft, opened)) return { ...file, said: tr("flow.nothingWasChangedInTheFile") };
   const tree = readText(file.text) as Tree;
   const shared = sharedGraphs(draft, opened, tree, graphsOf(file.text));
   const changed = [...shared].filter(([, { was, is }]) => !same(was, is));
-  const told = changed.map(([name]) => `graph '${name}' was changed, and with it every definition of the file that uses it`);
+  const told = changed.map(([name]) => tr("flow.graphNameWasChangedAndWith", { name }));
   const name = (definition: Tree) => byName(definition, new Set(shared.keys()));
   const fresh = partsOf(draft).filter(([section, key]) => !Object.hasOwn((tree[section] as object | undefined) ?? {}, key));
   const ofGraphs = changed.map(([key, { is }]): WrittenDefinition => ["graphs", key, name(writtenDefinition({ kind: "graph", of: is }))]);
@@ -47,7 +49,7 @@ export function savedFile(draft: DrawnDefinition, file: OpenedFile | null): Save
   const asToml = opened && patchedText(draft, opened, file, tree, fresh, shared);
   if (asToml) return { name: file.name, text: asToml, said: told.join("; ") || null };
   const json = `${file.name.replace(/\.toml$/i, "")}.json`;
-  return { name: json, text, said: [`saved as ${json} without the comments, which remain in ${file.name}`, ...told].join("; ") };
+  return { name: json, text, said: [tr("flow.savedAsJsonWithoutTheComments", { json, name: file.name }), ...told].join("; ") };
 }
 
 /** Returns the TOML text with the changes of the draft applied; null if they cannot be applied to it. */
@@ -172,13 +174,11 @@ export function besides(text: string): string | null {
   const file = readText(text) as Record<string, unknown>;
   const names = (key: string) => Object.keys((file[key] as object | undefined) ?? {});
   const parts = [
-    ["device types", names("device_types")],
-    ["modules", names("modules")],
+    [tr("flow.deviceTypes"), names("device_types")],
+    [tr("flow.modules"), names("modules")],
   ] as const;
   const said = parts.filter(([, of]) => of.length > 0).map(([what, of]) => `${what} (${of.join(", ")})`);
-  return said.length === 0
-    ? null
-    : `The file also has ${said.join(", ")}. They are not shown here, and are kept unchanged when the file is saved.`;
+  return said.length === 0 ? null : tr("flow.theFileAlsoHasSaidThey", { said: said.join(", ") });
 }
 
 /** Parses the text of a file, JSON or TOML. */
@@ -187,14 +187,14 @@ function readText(text: string): unknown {
     try {
       return JSON.parse(text);
     } catch (why) {
-      throw new Error(`the file is not valid JSON: ${why instanceof Error ? why.message : String(why)}`);
+      throw new Error(tr("flow.theFileIsNotValidJSON", { part: why instanceof Error ? why.message : String(why) }));
     }
   }
   try {
     return parseToml(text);
   } catch (why) {
     if (!(why instanceof TomlError)) throw why;
-    throw new Error(`the file is neither JSON nor TOML: line ${why.line}, column ${why.column}: ${why.message.split("\n")[0]}`);
+    throw new Error(tr("flow.theFileIsNeitherJSONNor", { line: why.line, column: why.column, value: why.message.split("\n")[0] }));
   }
 }
 
@@ -225,10 +225,9 @@ type Section = Record<string, unknown>;
 
 function definitionsFile(text: string): { graphs?: Section; verbs?: Section; compositions?: Section } {
   const file = readText(text) as { format?: unknown; version?: unknown; graphs?: Section; verbs?: Section; compositions?: Section };
-  if (file.format !== FORMAT)
-    throw new Error(`the file is not a file of definitions: its format is ${JSON.stringify(file.format)}, not "${FORMAT}"`);
+  if (file.format !== FORMAT) throw new Error(tr("flow.theFileIsNotAFile", { value: String(JSON.stringify(file.format)), FORMAT }));
   if (file.version !== VERSION)
-    throw new Error(`the file has version ${JSON.stringify(file.version)}, but this studio reads version ${VERSION}`);
+    throw new Error(tr("flow.theFileHasVersionButThis", { value: String(JSON.stringify(file.version)), VERSION }));
   return file;
 }
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { inWords } from "../../../control/refusals";
+import { tr } from "../../../language/text";
 
 // Findings of `check_drawing`, and their locations in the drawing: docs/files.md.
 
@@ -28,7 +30,7 @@ export function findingsOf(answered: unknown): Finding[] {
     inWords({
       ...one,
       class: String(one.class ?? "Error"),
-      message: String(one.message ?? "the definition was refused"),
+      message: String(one.message ?? tr("flow.theDefinitionWasRefused")),
       where: Array.isArray(one.where) ? one.where : [],
     }),
   );

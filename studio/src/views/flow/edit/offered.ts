@@ -3,6 +3,7 @@
 
 import { own } from "../../../design/own";
 import { unitsAgree, unitText } from "../../../design/units";
+import { tr } from "../../../language/text";
 import type { End, Place, PortSide } from "../drawing/drawing";
 import * as change from "./change";
 import { type BlockUse, type Draft, definitionOf, type Graph, type SetKind } from "./definition";
@@ -83,9 +84,14 @@ export function offered(draft: Draft, from: WireStart, at: TriedDraft, answered:
     const item = found && itemsOf(found.use, faces).find((one) => one.name === port);
     if (!found || !item) return [];
     const { use, name } = found;
-    const about = `${item.type_text}${item.unit ? ` in ${unitText(item.unit)}` : ""}, ${modeText(item.mode)}`;
+    const about = `${item.type_text}${item.unit ? ` ${tr("flow.inUnit", { unit: unitText(item.unit) })}` : ""}, ${modeText(item.mode)}`;
     const text = `${name.replace(/^library\./, "")}.${port}`;
-    return [{ offer: { kind: "block" as const, key: `new ${name} ${port}`, text, about, use, name, port }, likeness: likeness(item) }];
+    return [
+      {
+        offer: { kind: "block" as const, key: tr("flow.newNamePort", { name, port }), text, about, use, name, port },
+        likeness: likeness(item),
+      },
+    ];
   });
   blocks.sort((one, other) => other.likeness - one.likeness);
   const ports = fits
@@ -94,7 +100,7 @@ export function offered(draft: Draft, from: WireStart, at: TriedDraft, answered:
       kind: "port" as const,
       key: `${block}.${port}`,
       text: `${block}.${port}`,
-      about: "exists",
+      about: tr("flow.exists"),
       block,
       port,
     }));
@@ -107,10 +113,17 @@ function outside(draft: Draft, from: WireStart): WireOffer[] {
   const name = from.port.replaceAll(".", "_");
   if (draft.kind === "verb")
     return [
-      { kind: "boundary", key: "parameter", text: "new instantiation parameter", about: name, set: "instantiation_parameters", name },
+      {
+        kind: "boundary",
+        key: "parameter",
+        text: tr("flow.newInstantiationParameter"),
+        about: name,
+        set: "instantiation_parameters",
+        name,
+      },
     ];
   const set = from.side === "output" ? "outputs" : "inputs";
-  return [{ kind: "boundary", key: set, text: `new ${set.slice(0, -1)} of the graph`, about: name, set, name }];
+  return [{ kind: "boundary", key: set, text: tr("flow.newOfTheGraph", { value: set.slice(0, -1) }), about: name, set, name }];
 }
 
 /** Applies an offer: returns the wired draft, and the box at the other end. */

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Converts definitions of files and of the system, in short or long forms, to the form that the editor uses: docs/files.md.
+
 import type { Value } from "../../../control/shapes";
 import { durationNs } from "../../../design/quantities";
+import { tr } from "../../../language/text";
 import type { Place } from "../drawing/drawing";
 import type {
   BlockUse,
@@ -27,7 +29,7 @@ type Loose = Record<string, unknown>;
  */
 export function draftOf(kind: Draft["kind"], name: string, written: unknown, graphs: Record<string, unknown> = {}): Draft {
   const given = object(written, `${kind} '${name}'`);
-  const blocks = mapped(given.blocks, (use, label) => blockUse(use, `block '${label}' of '${name}'`, graphs));
+  const blocks = mapped(given.blocks, (use, label) => blockUse(use, tr("flow.blockLabelOfName", { label, name }), graphs));
   const common = { ...given, name, doc: text(given.doc), blocks, cells: sets(given.cells), layout: layout(given.layout) };
   if (kind === "graph") return { kind, of: { ...common, inputs: sets(given.inputs), outputs: sets(given.outputs) } };
   const { ending_limit, ...verb } = common as typeof common & { ending_limit?: unknown };
@@ -52,19 +54,19 @@ export function draftOf(kind: Draft["kind"], name: string, written: unknown, gra
 
 /** Reads a composition from a file, and adds all missing keys. Throws an `Error` that explains why it is not a composition. */
 export function compositionOf(name: string, written: unknown): Composition {
-  const given = object(written, `composition '${name}'`);
+  const given = object(written, tr("flow.compositionName", { name }));
   const steps = (given.transitions as unknown[] | undefined) ?? [];
-  if (!Array.isArray(steps)) throw new Error(`the transitions of composition '${name}' must be a list`);
+  if (!Array.isArray(steps)) throw new Error(tr("flow.theTransitionsOfCompositionNameMust", { name }));
   return {
     ...given,
     name,
     doc: text(given.doc),
     parts: mapped(given.parts, (part, label) => {
-      if (typeof part !== "string") throw new Error(`part '${label}' of '${name}' must be the name of a verb`);
+      if (typeof part !== "string") throw new Error(tr("flow.partLabelOfNameMustBe", { label, name }));
       return part;
     }),
     transitions: steps.map((step) => {
-      const line = object(step, `a transition of composition '${name}'`);
+      const line = object(step, tr("flow.aTransitionOfCompositionName", { name }));
       return {
         ...line,
         from: several(line.from),
@@ -107,7 +109,7 @@ function blockUse(use: unknown, what: string, graphs: Record<string, unknown>): 
     const name = given.block;
     // A name without a dot is a graph in the file.
     if (name.includes(".")) return { ...given, block: { subroutine: name }, constants };
-    if (!Object.hasOwn(graphs, name)) throw new Error(`${what}: this file has no graph '${name}'`);
+    if (!Object.hasOwn(graphs, name)) throw new Error(tr("flow.whatThisFileHasNoGraph", { what, name }));
     return { ...given, block: { graph: graphOf(name, graphs[name], graphs) }, constants };
   }
   const block = object(given.block, what);
@@ -118,25 +120,25 @@ function blockUse(use: unknown, what: string, graphs: Record<string, unknown>): 
 
 function graphOf(name: string, written: unknown, graphs: Record<string, unknown>): Graph {
   const draft = draftOf("graph", name, written, graphs);
-  if (draft.kind !== "graph") throw new Error(`'${name}' is not a graph`);
+  if (draft.kind !== "graph") throw new Error(tr("flow.nameIsNotAGraph", { name }));
   return draft.of;
 }
 
 function verbObject(written: unknown, name: string): VerbObject {
   if (typeof written === "string") return { device_type: written, each: false };
-  const given = object(written, `object '${name}'`);
+  const given = object(written, tr("flow.objectName", { name }));
   return { ...given, device_type: text(given.device_type), each: given.each === true };
 }
 
 function requirement(written: unknown, member: string): Requirement {
   if (typeof written === "string") return { raises: written };
-  const given = object(written, `the requirement of '${member}'`);
+  const given = object(written, tr("flow.theRequirementOfMember", { member }));
   return { ...given, raises: text(given.raises) };
 }
 
 function inputParameter(written: unknown): InputParameter {
   if (typeof written === "string" || Array.isArray(written)) return { targets: several(written), default: null, unit: "", tunable: false };
-  const given = object(written, "an input parameter");
+  const given = object(written, tr("flow.anInputParameter"));
   return {
     ...given,
     targets: several(given.targets),
@@ -147,12 +149,12 @@ function inputParameter(written: unknown): InputParameter {
 }
 
 function commandList(written: unknown): { commands: Command[] } {
-  const commands = Array.isArray(written) ? written : ((object(written, "a command list").commands as unknown[] | undefined) ?? []);
+  const commands = Array.isArray(written) ? written : ((object(written, tr("flow.aCommandList")).commands as unknown[] | undefined) ?? []);
   return { commands: commands.map(command) };
 }
 
 function command(written: unknown): Command {
-  const given = object(written, "a command");
+  const given = object(written, tr("flow.aCommand"));
   if (typeof given.command === "string") return given as unknown as Command;
   const { every, budget, ...rest } = given;
   if (typeof rest.activate === "string") {
@@ -172,14 +174,14 @@ function command(written: unknown): Command {
   if (rest.wait === true) return { command: "wait" };
   if (typeof rest.wait === "string" && timeOrNull(rest.wait) !== null) return { command: "wait", time_ns: timeOrNull(rest.wait) };
   if (rest.wait !== undefined) return { command: "wait", conditions: several(rest.wait) };
-  throw new Error(`${JSON.stringify(written)} is not a command`);
+  throw new Error(tr("flow.isNotACommand", { value: JSON.stringify(written) }));
 }
 
 function termination(written: unknown): Termination {
   if (typeof written === "string" || Array.isArray(written)) {
     return { on: several(written), returns: null, raises: false, during: [], priority: 0 };
   }
-  const given = object(written, "a condition");
+  const given = object(written, tr("flow.aCondition"));
   return {
     ...given,
     on: several(given.on),
@@ -198,13 +200,13 @@ export function timeOrNull(written: unknown): number | null {
 function time(written: unknown): number | null {
   if (written === undefined || written === null) return null;
   const ns = timeOrNull(written);
-  if (ns === null) throw new Error(`'${String(written)}' is not a duration; write it with its unit: "20 ms"`);
+  if (ns === null) throw new Error(tr("flow.writtenIsNotADurationWrite", { written: String(written) }));
   return ns;
 }
 
 function object(given: unknown, what: string): Loose {
   if (typeof given === "object" && given !== null && !Array.isArray(given)) return given as Loose;
-  throw new Error(`${what} must be an object`);
+  throw new Error(tr("flow.whatMustBeAnObject", { what }));
 }
 
 function text(given: unknown): string {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Texts typed into the fields of the editor.
+
 import type { Value } from "../../../control/shapes";
 import { durationNs, type ReadResult } from "../../../design/quantities";
+import { tr } from "../../../language/text";
 import type { Bound } from "./definition";
 
 /** Splits a list of names: "near.done, near.lost". */
@@ -25,7 +27,7 @@ export function constantOf(text: string, type_text: string): { value: Value | un
   } catch {
     return {
       value: undefined,
-      wrong: `'${text}' is not a ${type_text}: write a number, a quantity such as 3 Hz, true, false, or several numbers: 1, 2`,
+      wrong: tr("flow.textIsNotATypeText", { text, type_text }),
     };
   }
 }
@@ -48,7 +50,7 @@ export function constantText(value: Value | undefined): string {
 export function everyOf(text: string): ReadResult<number | null> {
   if (text === "") return { value: null };
   const read = durationNs(text);
-  return read.wrong !== undefined || read.value > 0 ? read : { wrong: `'${text}' is not an interval: it must be more than 0` };
+  return read.wrong !== undefined || read.value > 0 ? read : { wrong: tr("flow.textIsNotAnIntervalIt", { text }) };
 }
 
 /** Parses the range of an input parameter, given as numbers or parameters of objects: "0, arm.max_speed". An empty text means no range. */
@@ -56,7 +58,6 @@ export function withinOf(text: string): ReadResult<[Bound, Bound] | null> {
   if (text === "") return { value: null };
   const ends = text.split(/[\s,]+/).filter(Boolean);
   const [low, high] = ends.map((end): Bound => (Number.isFinite(Number(end)) ? Number(end) : end));
-  if (ends.length !== 2 || low === undefined || high === undefined)
-    return { wrong: `'${text}' is not a range: write minimum and maximum: 0, 1 or 0, arm.max_speed` };
+  if (ends.length !== 2 || low === undefined || high === undefined) return { wrong: tr("flow.textIsNotARangeWrite", { text }) };
   return { value: [low, high] };
 }

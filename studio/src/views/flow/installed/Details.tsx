@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import type { InstalledBlock, InstalledInstance } from "../../../control/shapes";
 import { period, valueText } from "../../../design/numbers";
 import { Panel } from "../../../design/parts";
+import { tr, trWord } from "../../../language/text";
 import { LiveValue } from "../../../live/LiveValue";
 import { addressOf } from "../../../shell/route";
 import type { Selection } from "../drawing/drawing";
@@ -14,7 +16,7 @@ export function Details(props: { drawing: Drawing; chosen: Selection; instances:
   const box = chosen?.kind === "box" ? drawing.boxes.find((one) => one.id === chosen.id) : undefined;
   const found = box ? blockOf(box.id, instances) : null;
   return (
-    <section className="side" aria-label="Selection" tabIndex={0}>
+    <section className="side" aria-label={tr("flow.selection")} tabIndex={0}>
       {wire && <WireDetails wire={wire} />}
       {found && <BlockDetails instance={found.instance} block={found.block} />}
       {box && !found && (
@@ -23,17 +25,12 @@ export function Details(props: { drawing: Drawing; chosen: Selection; instances:
           {box.kind === "svv" && (
             <p>
               <LiveValue name={box.title} type_text={box.ports[0]?.type_text} unit={box.ports[0]?.unit} />{" "}
-              <a href={addressOf("scope", [], { names: box.title })}>Scope</a>
+              <a href={addressOf("scope", [], { names: box.title })}>{tr("flow.scope")}</a>
             </p>
           )}
         </Panel>
       )}
-      {!wire && !box && (
-        <p className="quiet">
-          Select a box or a wire to see its type, source and values. Solid wires are synchronous, dashed ones asynchronous. Boxes with a
-          dashed edge are SVVs and channels.
-        </p>
-      )}
+      {!wire && !box && <p className="quiet">{tr("flow.selectABoxOrAWire")}</p>}
     </section>
   );
 }
@@ -41,20 +38,20 @@ export function Details(props: { drawing: Drawing; chosen: Selection; instances:
 function WireDetails(props: { wire: Wire }) {
   const { wire } = props;
   return (
-    <Panel title={wire.cell} end={wire.live && <a href={addressOf("scope", [], { names: wire.live })}>Scope</a>}>
+    <Panel title={wire.cell} end={wire.live && <a href={addressOf("scope", [], { names: wire.live })}>{tr("flow.scope")}</a>}>
       <dl>
-        <dt>Value</dt>
-        <dd>{wire.live ? <LiveValue name={wire.live} type_text={wire.type_text} unit={wire.unit} /> : "shown at its writer"}</dd>
-        <dt>Type</dt>
+        <dt>{tr("flow.value")}</dt>
+        <dd>{wire.live ? <LiveValue name={wire.live} type_text={wire.type_text} unit={wire.unit} /> : tr("flow.shownAtItsWriter")}</dd>
+        <dt>{tr("flow.type2")}</dt>
         <dd>{portText({ ...wire, mode: "" })}</dd>
-        <dt>From</dt>
+        <dt>{tr("flow.from")}</dt>
         <dd>
           {wire.from.box} {wire.from.port}
         </dd>
-        <dt>To</dt>
+        <dt>{tr("flow.to2")}</dt>
         <dd>
           {wire.to.box} {wire.to.port}
-          {wire.mode && `, ${wire.mode}`}
+          {wire.mode && `, ${trWord(wire.mode)}`}
         </dd>
       </dl>
     </Panel>
@@ -68,13 +65,13 @@ function BlockDetails(props: { instance: InstalledInstance; block: InstalledBloc
       <div className="stack">
         <p>{block.doc}</p>
         <dl>
-          <dt>Block</dt>
+          <dt>{tr("flow.block")}</dt>
           <dd>{block.block}</dd>
-          <dt>Runs on</dt>
+          <dt>{tr("flow.runsOn2")}</dt>
           <dd>{block.source}</dd>
           {block.every_ns !== null && (
             <>
-              <dt>Every</dt>
+              <dt>{tr("flow.every2")}</dt>
               <dd>{period(block.every_ns)}</dd>
             </>
           )}
@@ -82,8 +79,8 @@ function BlockDetails(props: { instance: InstalledInstance; block: InstalledBloc
         <table>
           <thead>
             <tr>
-              <th scope="col">Port</th>
-              <th scope="col">Value</th>
+              <th scope="col">{tr("flow.port")}</th>
+              <th scope="col">{tr("flow.value")}</th>
             </tr>
           </thead>
           <tbody>

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import { ReactFlowProvider } from "@xyflow/react";
 import { useCallback, useEffect, useMemo, useState } from "react";
 import type { InstalledInstance } from "../../../control/shapes";
 import { Empty, Refusals } from "../../../design/parts";
+import { tr, trWord } from "../../../language/text";
 import { useControl, useTopic, useWatched } from "../../../shell/context";
 import { Canvas } from "../drawing/Canvas";
 import type { Drawing, Place, Selection } from "../drawing/drawing";
@@ -46,13 +48,9 @@ export function Installed() {
   }, [control, installed]);
 
   if (trouble.length > 0) return <Refusals of={trouble} />;
-  if (!installed) return <p className="quiet">Loading the installed graphs…</p>;
+  if (!installed) return <p className="quiet">{tr("flow.loadingTheInstalledGraphs")}</p>;
   if (instances.length === 0) {
-    return (
-      <Empty title="Nothing is installed">
-        Enable a device, or create an instance of a verb (Verbs): its blocks and wires appear here, with their values.
-      </Empty>
-    );
+    return <Empty title={tr("flow.nothingIsInstalled")}>{tr("flow.enableADeviceOrCreateAn")}</Empty>;
   }
   const graphs = shown.flatMap(graphsOf);
   return (
@@ -62,10 +60,10 @@ export function Installed() {
         {graphs.length > 0 && (
           <>
             <button type="button" onClick={() => setOpened(new Set(graphs))}>
-              Open all graphs
+              {tr("flow.openAllGraphs")}
             </button>
             <button type="button" onClick={() => setOpened(new Set())}>
-              Close all graphs
+              {tr("flow.closeAllGraphs")}
             </button>
           </>
         )}
@@ -92,7 +90,7 @@ export function Installed() {
           />
         </ReactFlowProvider>
       ) : (
-        <p className="quiet">Laying out {drawing.boxes.length} boxes…</p>
+        <p className="quiet">{tr("flow.layingOutCountBoxes", { count: drawing.boxes.length })}</p>
       )}
       <Details drawing={drawing} chosen={chosen} instances={shown} />
     </div>
@@ -101,7 +99,7 @@ export function Installed() {
 
 function Instances(props: { of: InstalledInstance[]; hidden: ReadonlySet<string>; set: (hidden: ReadonlySet<string>) => void }) {
   return (
-    <fieldset className="row" aria-label="Instances shown">
+    <fieldset className="row" aria-label={tr("flow.instancesShown")}>
       {props.of.map((instance) => (
         <label key={instance.id} className="row">
           <input
@@ -110,7 +108,7 @@ function Instances(props: { of: InstalledInstance[]; hidden: ReadonlySet<string>
             onChange={() => props.set(toggled(props.hidden, instance.name))}
           />
           {instance.name}
-          <span className="quiet">{instance.state}</span>
+          <span className="quiet">{trWord(instance.state)}</span>
         </label>
       ))}
     </fieldset>
@@ -120,7 +118,7 @@ function Instances(props: { of: InstalledInstance[]; hidden: ReadonlySet<string>
 function Sources(props: { of: Drawing }) {
   const sources = [...new Set(props.of.boxes.map((box) => box.source).filter((source) => source !== null))];
   return (
-    <ul className="row quiet" aria-label="Interrupt sources by colour">
+    <ul className="row quiet" aria-label={tr("flow.interruptSourcesByColour")}>
       {sources.map((source) => (
         <li key={source} style={{ borderTop: `3px solid ${sourceColour(source)}` }}>
           {source}
@@ -194,8 +192,8 @@ function useDrawing(shown: InstalledInstance[], opened: ReadonlySet<string>): Dr
 
 type Grouping = "source" | "instance" | null;
 const GROUPINGS = [
-  { by: "source", text: "By source" },
-  { by: "instance", text: "By instance" },
+  { by: "source", text: tr("flow.bySource") },
+  { by: "instance", text: tr("flow.byInstance") },
 ] as const;
 /** Region of SVVs and channels that do not belong to a single source or instance. */
 const SHARED = "shared";

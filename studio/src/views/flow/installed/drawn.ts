@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+
 import type { InstalledBlock, InstalledCell, InstalledInstance } from "../../../control/shapes";
 import { period } from "../../../design/numbers";
+import { tr } from "../../../language/text";
 import type { Box, Drawing, Port, Wire } from "../drawing/drawing";
 
 /** A port, and the box at which it is drawn: its block, or the closed graph that encloses the block. */
@@ -50,7 +52,7 @@ function addBlock(boxes: Map<string, Box>, instance: InstalledInstance, block: I
     else boxes.set(closed.id, boxOf(closed.id, "graph", closed.title, "graph", { doc: "", source: block.source, opens: "closed" }));
     return;
   }
-  const every = block.every_ns ? `, every ${period(block.every_ns)}` : "";
+  const every = block.every_ns ? tr("flow.everyEveryNs", { every_ns: period(block.every_ns) }) : "";
   const id = `${instance.name}/${block.label}`;
   const box = boxOf(id, "block", block.label, `${block.block.replace(/^library\./, "")} · ${block.source}${every}`, {
     doc: block.doc,
@@ -132,7 +134,7 @@ function addShared(boxes: Map<string, Box>, wires: Map<string, Wire>, cell: Inst
   const port = { name: "value", type_text: cell.type_text, unit: cell.unit ?? "", mode: "", doc: "" };
   let box = boxes.get(id);
   if (!box) {
-    box = boxOf(id, cell.kind === "channel" ? "channel" : "svv", cell.name, cell.kind === "channel" ? "device channel" : "SVV", {
+    box = boxOf(id, cell.kind === "channel" ? "channel" : "svv", cell.name, cell.kind === "channel" ? tr("flow.deviceChannel") : "SVV", {
       doc: "",
       source: null,
       opens: null,

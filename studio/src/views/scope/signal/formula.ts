@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Formulas over traces: `sqrt(arm.force[0]^2 + arm.force[1]^2) - 5`.
 
+import { tr } from "../../../language/text";
 /** A parsed formula. */
 export interface Formula {
   /** Names of the traces in the formula, without duplicates, in the order of first occurrence. */
@@ -53,8 +54,8 @@ class Parser {
   whole(): Formula {
     const value = this.#sum();
     const rest = this.#peek();
-    if (rest.kind !== "end") throw wrong(rest, "an operator was expected");
-    if (this.#names.length === 0) throw new Error("the formula does not name a trace");
+    if (rest.kind !== "end") throw wrong(rest, tr("scope.anOperatorWasExpected"));
+    if (this.#names.length === 0) throw new Error(tr("scope.theFormulaDoesNotNameA"));
     return { names: this.#names, value };
   }
 
@@ -101,7 +102,7 @@ class Parser {
       return () => value;
     }
     if (symbol.kind === "name") return this.#named(symbol);
-    if (symbol.text !== "(") throw wrong(symbol, "a number, a trace or '(' was expected");
+    if (symbol.text !== "(") throw wrong(symbol, tr("scope.aNumberATraceOrWas"));
     const inner = this.#sum();
     this.#close();
     return inner;
@@ -118,19 +119,19 @@ class Parser {
 
   #call(symbol: Symbol_): Part {
     const known = FUNCTIONS[symbol.text];
-    if (!known) throw wrong(symbol, `this function is unknown; use one of ${Object.keys(FUNCTIONS).join(", ")}`);
+    if (!known) throw wrong(symbol, tr("scope.thisFunctionIsUnknownUseOne", { value: Object.keys(FUNCTIONS).join(", ") }));
     this.#next += 1;
     const given = [this.#sum()];
     while (this.#take(",") !== null) given.push(this.#sum());
     this.#close();
     const [least, most] = known.arguments;
     if (given.length < least || given.length > most)
-      throw wrong(symbol, `it takes ${least === most ? least : `${least} to ${most}`} arguments`);
+      throw wrong(symbol, tr("scope.itTakesArguments", { part: least === most ? least : tr("scope.leastToMost", { least, most }) }));
     return (of) => known.of(...given.map((one) => one(of)));
   }
 
   #close(): void {
-    if (this.#take(")") === null) throw wrong(this.#peek(), "')' was expected");
+    if (this.#take(")") === null) throw wrong(this.#peek(), tr("scope.wasExpected"));
   }
 
   #peek(): Symbol_ {
@@ -152,7 +153,7 @@ function symbolsOf(text: string): Symbol_[] {
   while (at < end) {
     SYMBOL.lastIndex = at;
     const match = SYMBOL.exec(text);
-    if (!match) throw new Error(`the formula is invalid at '${text.slice(at).trim()}'`);
+    if (!match) throw new Error(tr("scope.theFormulaIsInvalidAt", { value: text.slice(at).trim() }));
     const [whole, number, name, sign] = match;
     const kind = number !== undefined ? "number" : name !== undefined ? "name" : "sign";
     found.push({ kind, text: number ?? name ?? sign ?? "", at });
@@ -162,5 +163,5 @@ function symbolsOf(text: string): Symbol_[] {
 }
 
 function wrong(symbol: Symbol_, why: string): Error {
-  return new Error(`the formula is invalid at ${symbol.kind === "end" ? "its end" : `'${symbol.text}'`}: ${why}`);
+  return new Error(tr("scope.theFormulaIsInvalidAtWhy", { part: symbol.kind === "end" ? tr("scope.itsEnd") : `'${symbol.text}'`, why }));
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Export of the stored values of whole channels between two times.
+import { tr } from "../../../language/text";
 import type { Ring } from "./ring";
 import { missingIn } from "./series";
 
@@ -44,9 +45,14 @@ export function rows(channels: readonly ExportedChannel[], from_ns: number, to_n
 export function missingText(channels: readonly ExportedChannel[], from_ns: number, to_ns: number): string[] {
   return channels.flatMap(({ name, ring }) =>
     missingIn(ring, from_ns, to_ns).map(({ from_ns: start, to_ns: stop, lost, skipped }) => {
-      const until = Number.isFinite(stop) ? ` and before ${secondsText(stop)} s` : "";
-      const what = [lost > 0 ? `${lost} lost` : "", skipped > 0 ? `${skipped} discarded (scope stopped)` : ""].filter(Boolean).join(", ");
-      return `${name}: ${what}, behind ${secondsText(start)} s${until}`;
+      const until = Number.isFinite(stop) ? ` ${tr("scope.andBeforeStopS", { stop: secondsText(stop) })}` : "";
+      const what = [
+        lost > 0 ? tr("scope.lostLost", { lost }) : "",
+        skipped > 0 ? tr("scope.skippedDiscardedScopeStopped", { skipped }) : "",
+      ]
+        .filter(Boolean)
+        .join(", ");
+      return tr("scope.nameWhatBehindStartSuntil", { name, what, start: secondsText(start), until });
     }),
   );
 }

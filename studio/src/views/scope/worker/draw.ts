@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Draws lines on a canvas, in device pixels.
+import { tr } from "../../../language/text";
 import type { Points } from "../signal/decimate";
 import type { Range } from "../signal/ranges";
 import type { Missing } from "../signal/series";
@@ -123,8 +124,8 @@ function joined(missing: readonly Missing[], place: { from_ns: number; per_ns: n
 }
 
 function holeText({ lost, skipped }: Hole): string {
-  if (lost === 0) return `stopped: ${skipped} discarded`;
-  return skipped > 0 ? `${lost} lost, ${skipped} discarded` : `${lost} lost`;
+  if (lost === 0) return tr("scope.stoppedSkippedDiscarded", { skipped });
+  return skipped > 0 ? tr("scope.lostLostSkippedDiscarded", { lost, skipped }) : tr("scope.lostLost", { lost });
 }
 
 function label(

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { tr } from "../../../language/text";
 import type { FromWorker, ShownTrace, ToWorker } from "../messages";
 import { csv } from "../signal/csv";
 import type { ExportedChannel } from "../signal/table";
@@ -9,7 +10,7 @@ type ExportRequest = Extract<ToWorker, { kind: "export" }>;
 /** Creates the file: CSV contains the shown components, MCAP whole channels. Derived traces are not exported. */
 export async function exported(acquisition: Acquisition, traces: readonly ShownTrace[], asked: ExportRequest): Promise<FromWorker> {
   const channels = chosen(acquisition, traces);
-  if (channels.length === 0) throw new Error("nothing to export: no trace has values");
+  if (channels.length === 0) throw new Error(tr("scope.nothingToExportNoTraceHas"));
   const parts = asked.format === "csv" ? [...csv(channels, asked.from_ns, asked.to_ns)] : await mcapParts(channels, asked);
   const type = asked.format === "csv" ? "text/csv" : "application/octet-stream";
   return { kind: "exported", number: asked.number, blob: new Blob(parts, { type }), message: "" };

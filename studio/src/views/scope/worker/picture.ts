@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+import { tr } from "../../../language/text";
 import type { Row, RowSpectrum, Show, ShownTrace } from "../messages";
 import { decimate } from "../signal/decimate";
 import { rangeText } from "../signal/labels";
@@ -83,7 +84,7 @@ export class Picture {
   /** Returns the picture as SVG, for documents. Throws an `Error` if the x axis shows the values of a trace. */
   svg(show: Show, span: Span): string {
     const { spectrum } = show;
-    if (show.xy !== null) throw new Error("SVG shows traces over time or frequency: choose one of these as the X axis");
+    if (show.xy !== null) throw new Error(tr("scope.sVGShowsTracesOverTimeOr"));
     if (spectrum) {
       const { lines, x } = this.#spectral({ ...show, spectrum }, span);
       return svg(lines, { ...show, steps: false }, { ...x, unit: "Hz", per: 1 });

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Draws the screen as vector lines, in CSS pixels.
+import { tr } from "../../../language/text";
 import type { Show, ShownTrace } from "../messages";
 import type { Points } from "../signal/decimate";
 import { labelsOf, rangeText } from "../signal/labels";
@@ -117,7 +118,7 @@ function legend(line: PlacedLine, i: number, lines: readonly PlacedLine[], y: nu
   const { trace, on } = line;
   const hasAxis = show.scales !== "lanes" && line.key === firstOf(line, lines)?.key;
   const range = hasAxis ? "" : `, ${rangeText(on.lo, on.hi)}`;
-  const said = `${trace.id}${trace.unit ? ` (${trace.unit})` : ""}${range}${line.earlier ? "; fainter: behind it" : ""}`;
+  const said = `${trace.id}${trace.unit ? ` (${trace.unit})` : ""}${range}${line.earlier ? tr("scope.fainterBehindIt") : ""}`;
   const dashes = trace.pattern.length > 0 ? ` stroke-dasharray="${trace.pattern.join(" ")}"` : "";
   const mark = `<line x1="${LEFT}" y1="${figure(y)}" x2="${LEFT + 26}" y2="${figure(y)}" stroke="${escaped(trace.colour)}" stroke-width="2.5"${dashes}/>`;
   return `${mark}<text x="${LEFT + 34}" y="${figure(y + 4)}" fill="${escaped(show.ink.text)}" ${FONT} data-line="${i}">${escaped(said)}</text>`;

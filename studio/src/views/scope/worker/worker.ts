@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The worker of the scope: receives the frames, stores the values, draws. The page only shows its pictures and stays responsive.
+import { setTexts, tr } from "../../../language/text";
 import type { FromWorker, Into, Show, ToWorker } from "../messages";
 import { Acquisition } from "./acquisition";
 import { exported } from "./exporting";
@@ -45,6 +46,9 @@ self.onmessage = (message: MessageEvent<ToWorker>) => {
 function take(said: ToWorker): void {
   changed = true;
   switch (said.kind) {
+    case "texts":
+      setTexts(said.texts, said.language);
+      break;
     case "subscribed":
       acquisition.subscribed(said.subscription, said.channels);
       say({ kind: "channels", channels: [...acquisition.channels.values()].map(({ about }) => about) });
@@ -107,7 +111,7 @@ function take(said: ToWorker): void {
 async function save(asked: Extract<ToWorker, { kind: "export" }>): Promise<FromWorker> {
   if (asked.format !== "svg") return await exported(asked.apart ? stores.file : acquisition, show?.traces ?? [], asked);
   const span = present();
-  if (!show || !span) throw new Error("nothing to export: no values received yet");
+  if (!show || !span) throw new Error(tr("scope.nothingToExportNoValuesReceived"));
   const blob = new Blob([picture.svg(show, span)], { type: "image/svg+xml" });
   return { kind: "exported", number: asked.number, blob, message: "" };
 }

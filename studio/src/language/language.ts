@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page's language: chosen with the switch and kept in the browser, otherwise that of the browser. Module constants contain texts, so
+// the language is set before any other module of the page is loaded, and a change reloads the page.
+import { setTexts, type Texts } from "./text";
+
+/** Languages of the page, with their own names and the files of their texts; English is part of the page. */
+export const LANGUAGES = {
+  en: { name: "English", load: null },
+  de: { name: "Deutsch", load: () => import("./de").then((file): Texts => file.texts) },
+} as const;
+
+export type Language = keyof typeof LANGUAGES;
+
+const KEY = "opengpac.language";
+
+function isLanguage(name: string | null | undefined): name is Language {
+  return typeof name === "string" && Object.hasOwn(LANGUAGES, name);
+}
+
+/** Returns the language chosen with the switch; null if the page follows the browser. */
+export function chosenLanguage(): Language | null {
+  const kept = localStorage.getItem(KEY);
+  return isLanguage(kept) ? kept : null;
+}
+
+/** Returns the first of the browser's languages that the page has, or English. */
+export function languageOf(wanted: readonly string[]): Language {
+  return wanted.map((name) => name.toLowerCase().split("-")[0]).find(isLanguage) ?? "en";
+}
+
+/** Loads the texts of the page's language, and declares it as that of the document. If they cannot be loaded, the page is in English. */
+export async function applyLanguage(): Promise<void> {
+  const language = chosenLanguage() ?? languageOf(navigator.languages);
+  const load = LANGUAGES[language].load;
+  const texts = load === null ? null : await load().catch(() => null);
+  if (texts) setTexts(texts, language);
+  document.documentElement.lang = texts ? language : "en";
+}
+
+/** Keeps the choice of a language, null for that of the browser, and loads the page again. */
+export function chooseLanguage(next: Language | null): void {
+  if (next === null) localStorage.removeItem(KEY);
+  else localStorage.setItem(KEY, next);
+  location.reload();
+}

@@ -1,0 +1,8 @@
+// SPDX-License-Identifier: Apache-2.0
+import { createElement, Fragment, type ReactNode } from "react";
+import { type Arguments, type Key, parts } from "./text";
+
+/** As `tr`, but elements may be at the placeholders. */
+export function trNodes<K extends Key>(key: K, ...given: Arguments<K, ReactNode>): ReactNode {
+  return createElement(Fragment, null, ...parts<ReactNode>(key, given[0]));
+}
