@@ -6,7 +6,7 @@ import { BEAT, JOG_TOOL, type JogMotion, Press } from "./jogging";
 
 /** A system that records its calls, each with the time of the press for which it was made. */
 class Rig {
-  now = 1000;
+  now: number | null = 1000;
   readonly calls: [string, number | undefined][] = [];
   /** Values written as heartbeats, and the inputs of each start. */
   readonly beats: number[] = [];
@@ -48,6 +48,26 @@ test("a step that waits for the press before it is as old as its own press", asy
   over();
   expect(await press.done).toEqual({ condition: "arrived" });
   expect(rig.times("start")).toEqual([1000]);
+});
+
+test("an instance is deleted when the connection is there again, not left behind", async () => {
+  const rig = new Rig();
+  const press = new Press(rig.source, { ...MOTION, isStep: false });
+  press.leave();
+  rig.states = ["running"];
+  // Halts are sent without a connection that is known to work; a deletion is not.
+  rig.source.stop = async () => {
+    rig.now = null;
+    setTimeout(() => {
+      rig.now = 2000;
+    }, 0);
+  };
+  const held = new Press(rig.source, { ...MOTION, isStep: false }, press.done);
+  while (rig.starts.length === 0) await new Promise((soon) => setTimeout(soon, 0));
+  held.release();
+  await held.done;
+  expect(rig.now).toBe(2000);
+  expect(rig.times("delete").length).toBe(1);
 });
 
 test("a button that is held commands at the time of each call, and one that is let go before commands nothing", async () => {

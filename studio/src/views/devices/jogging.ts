@@ -111,10 +111,15 @@ export class Press {
         await control.stop("halt", { instance }).catch(ended);
         await control.look("wait", { instance }).catch(ended);
       }
-      if (!isKept) await control.order("delete", { instance });
+      if (!isKept) await connected(control).then(() => control.order("delete", { instance }));
     }
     return report;
   }
+}
+
+/** Waits until the page may command again, so that a connection that was just restored leaves no instance behind. */
+async function connected(control: Source): Promise<void> {
+  while (control.pressed() === null) await passed(BEAT_MS);
 }
 
 function passed(ms: number): Promise<void> {
