@@ -2,17 +2,19 @@
 //! Random programs of moves of arms with 6 and 7 joints, travelled at overrides that jump, with pauses, steps back and halts: no limit is
 //! exceeded, nothing jumps, and the path is the same. `OPENGPAC_QUEUES=100000` runs more than the thousand of `make test`,
 //! `OPENGPAC_QUEUES_FROM=seed` others.
-use library::kinematics::chain::{Arm, Chain, HINGE};
-use library::kinematics::inverse::Ranges;
+mod programs;
+mod random;
+mod travel;
+
 use library::kinematics::pose::Pose;
 use library::online::{Profile, State};
-use library::profile::{JOINTS_MAX, Limits};
+use library::profile::Limits;
 use library::queue::marks::{MarkWish, Outputs};
-use library::queue::{QueuedMove, QueuedPath, Refusal, Run, Sample, Shrunk, Surroundings};
-use opengpac::Type;
+use library::queue::{QueuedMove, Refusal, Run, Sample, Shrunk};
+use programs::{Program, joints_to, line_to, new_path, numbers, six, wide};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
-use std::f64::consts::FRAC_PI_2;
+use travel::{CYCLE_S, Travel};
 
 struct Counting;
 
@@ -35,206 +37,6 @@ unsafe impl GlobalAlloc for Counting {
 
 #[global_allocator]
 static COUNTING: Counting = Counting;
-
-const CYCLE_S: f64 = 1e-3;
-
-/// Returns numbers from a small deterministic generator.
-fn numbers(seed: u64) -> impl FnMut(f64, f64) -> f64 {
-    let mut x = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
-    move |low, high| {
-        x ^= x << 13;
-        x ^= x >> 7;
-        x ^= x << 17;
-        low + (high - low) * ((x >> 11) as f64 / (1u64 << 53) as f64)
-    }
-}
-
-/// Returns an arm with the geometry of a UR5e.
-fn six() -> (Chain, Vec<f64>) {
-    let (d1, a2, a3, d4, d5, d6) = (0.1625, -0.425, -0.3922, 0.1333, 0.0997, 0.0996);
-    let (x, half) = (a2 + a3, std::f64::consts::FRAC_1_SQRT_2);
-    let axes = [[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [0.0, -1.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [0.0, -1.0, 0.0]];
-    let anchors = [[0.0; 3], [0.0, 0.0, d1], [a2, 0.0, d1], [x, 0.0, d1], [x, -d4, d1], [x, -d4, d1 - d5]];
-    let chain = chain(&axes, &anchors, [x, -d4 - d6, d1 - d5, half, half, 0.0, 0.0]);
-    (chain, vec![0.0, -FRAC_PI_2, FRAC_PI_2, -FRAC_PI_2, -FRAC_PI_2, 0.0])
-}
-
-/// Returns an arm with the geometry of a Panda.
-fn seven() -> (Chain, Vec<f64>) {
-    let (z, y) = ([0.0, 0.0, 1.0], [0.0, 1.0, 0.0]);
-    let axes = [z, y, z, [0.0, -1.0, 0.0], z, [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]];
-    let anchors = [[0.0; 3], [0.0, 0.0, 0.333], [0.0; 3], [0.0825, 0.0, 0.649], [0.0, 0.0, 1.033], [0.0, 0.0, 1.033], [0.088, 0.0, 0.0]];
-    let chain = chain(&axes, &anchors, [0.088, 0.0, 0.926, 0.0, 1.0, 0.0, 0.0]);
-    (chain, vec![0.0, -0.4, 0.2, -2.0, 0.1, 1.6, 0.7])
-}
-
-fn chain(axes: &[[f64; 3]], anchors: &[[f64; 3]], home: [f64; 7]) -> Chain {
-    let n = axes.len();
-    let mut chain = Chain { joints: n as i32, home, ..Chain::NOTHING };
-    chain.kind[..n].fill(HINGE);
-    chain.axis[..n].copy_from_slice(axes);
-    chain.anchor[..n].copy_from_slice(anchors);
-    chain
-}
-
-/// A program: an arm, its limits, and its moves.
-struct Program {
-    chain: Chain,
-    n: usize,
-    start: [f64; JOINTS_MAX],
-    joints: Vec<Limits>,
-    moves: Vec<QueuedMove>,
-}
-
-fn wide(values: &[f64]) -> [f64; JOINTS_MAX] {
-    std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0))
-}
-
-/// Returns a move of the joints at their maximum speeds.
-fn joints_to(number: i64, goal: &[f64], joints: &[Limits]) -> QueuedMove {
-    let speed: Vec<f64> = joints.iter().map(|joint| joint.speed).collect();
-    let acceleration: Vec<f64> = joints.iter().map(|joint| joint.acceleration).collect();
-    QueuedMove { number, mode: 1, joints: wide(goal), speed: wide(&speed), acceleration: wide(&acceleration), ..<QueuedMove as Type>::zero() }
-}
-
-/// Returns a move of the tool on a straight line.
-fn line_to(number: i64, goal: &Pose, speed: f64) -> QueuedMove {
-    let (linear, angular) = ([speed, 1.5, 15.0], [2.0, 6.0, 60.0]);
-    QueuedMove { number, kind: 1, mode: 1, pose: goal.numbers(), linear, angular, ..<QueuedMove as Type>::zero() }
-}
-
-impl Program {
-    fn random(seed: u64) -> Program {
-        let mut number = numbers(seed);
-        let (chain, home) = if seed.is_multiple_of(2) { six() } else { seven() };
-        let n = home.len();
-        let joints: Vec<Limits> = (0..n).map(|_| Limits { speed: number(1.0, 3.5), acceleration: number(3.0, 15.0), jerk: number(20.0, 200.0) }).collect();
-        let start: Vec<f64> = home.iter().map(|q| q + number(-0.3, 0.3)).collect();
-        let mut program = Program { chain, n, start: wide(&start), joints, moves: Vec::new() };
-        let arm = chain.read(n).expect("a chain");
-        let mut q = start;
-        for k in 1..=2 + number(0.0, 5.0) as i64 {
-            let tool = arm.posture(&q).tool;
-            let mut shift = |by: f64| -> [f64; 3] { std::array::from_fn(|_| number(-by, by)) };
-            let beside = Pose::of_rpy(shift(0.15), shift(0.4));
-            let further = Pose { position: shift(0.12), ..Pose::IDENTITY };
-            let moved = |frame: &Pose, pose: &Pose| Pose {
-                position: frame.then(&Pose { position: pose.position, ..Pose::IDENTITY }).position,
-                quaternion: pose.then(&Pose { position: [0.0; 3], quaternion: frame.quaternion }).quaternion,
-            };
-            let mut asked = match number(0.0, 3.0) as u32 {
-                0 => joints_to(k, &home.iter().map(|q| q + number(-0.9, 0.9)).collect::<Vec<f64>>(), &program.joints),
-                1 => line_to(k, &moved(&beside, &tool), number(0.05, 1.0)),
-                _ => QueuedMove {
-                    kind: 2,
-                    via: moved(&further, &tool).numbers(),
-                    orientation: number(0.0, 3.0) as i32,
-                    angle: if number(0.0, 1.0) < 0.2 { number(0.5, 7.0) } else { 0.0 },
-                    ..line_to(k, &moved(&beside, &tool), number(0.05, 1.0))
-                },
-            };
-            asked.blend = if number(0.0, 1.0) < 0.2 { 0.0 } else { number(0.0, 0.55) };
-            asked.blend_unit = if asked.kind == 0 { [0, 1][number(0.0, 2.0) as usize] } else { [0, 2][number(0.0, 2.0) as usize] };
-            asked.mode = i32::from(number(0.0, 1.0) < 0.9);
-            if asked.kind == 0 {
-                let share = number(0.1, 1.0);
-                asked.speed.iter_mut().for_each(|speed| *speed *= share);
-            }
-            // A move that an arm cannot make is not part of the program.
-            let mut path = new_path();
-            path.clear(&wide(&q), n);
-            if path.append(&asked, &program.around(&arm), &Run::default()).is_ok() {
-                q = path.end[..n].to_vec();
-                asked.number = program.moves.len() as i64 + 1;
-                program.moves.push(asked);
-            }
-        }
-        program
-    }
-
-    fn around<'a>(&'a self, arm: &'a Arm<'a>) -> Surroundings<'a> {
-        Surroundings { arm, joints: &self.joints, ranges: Ranges { min: &[-6.5; JOINTS_MAX], max: &[6.5; JOINTS_MAX] } }
-    }
-}
-
-fn new_path() -> Box<QueuedPath> {
-    let memory = Box::<QueuedPath>::new_zeroed();
-    // SAFETY: the fields are numbers, for which all-zero bytes are valid.
-    unsafe { memory.assume_init() }
-}
-
-/// A program under way: it is stepped, and every step is checked.
-struct Travel<'a> {
-    program: &'a Program,
-    path: Box<QueuedPath>,
-    run: Run,
-    before: Sample,
-    appended: usize,
-    steps: u64,
-    /// Bits of everything that was commanded.
-    digest: u64,
-}
-
-impl<'a> Travel<'a> {
-    fn begin(program: &'a Program) -> Travel<'a> {
-        let mut path = new_path();
-        path.clear(&program.start, program.n);
-        let run = Run::default();
-        let before = run.sample(&path);
-        Travel { program, path, run, before, appended: 0, steps: 0, digest: 0 }
-    }
-
-    /// Appends the next move, if there is room.
-    fn append(&mut self, change: impl Fn(&mut QueuedMove)) -> bool {
-        let Some(mut asked) = self.program.moves.get(self.appended).copied() else { return false };
-        change(&mut asked);
-        let arm = self.program.chain.read(self.program.n).expect("a chain");
-        match self.path.append(&asked, &self.program.around(&arm), &self.run) {
-            Ok(()) => self.appended += 1,
-            Err(Refusal::Full) => return false,
-            Err(refusal) => panic!("move {} is refused: {refusal:?}", asked.number),
-        }
-        self.run.renew();
-        true
-    }
-
-    fn step(&mut self, cycle_s: f64, rate: f64, seed: u64) -> Sample {
-        self.run.advance(&self.path, cycle_s, rate);
-        let (now, before, t) = (self.run.sample(&self.path), self.before, cycle_s);
-        self.steps += 1;
-        assert!(self.steps < 4_000_000, "seed {seed}: it never ends: {:?}", self.run);
-        for (i, joint) in self.program.joints.iter().enumerate() {
-            let (q, v, a) = (now.q[i], now.velocity[i], now.acceleration[i]);
-            let at = || format!("seed {seed}, step {}, joint {i}, move {} at {}: {:?}", self.steps, now.number, now.fraction, self.run);
-            assert!(v.abs() <= joint.speed * (1.0 + 1e-9), "speed {v} of {}: {}", joint.speed, at());
-            assert!(a.abs() <= joint.acceleration * (1.0 + 1e-9), "acceleration {a} of {}: {}", joint.acceleration, at());
-            let jerk = (a - before.acceleration[i]) / t;
-            assert!(jerk.abs() <= joint.jerk * (1.0 + 1e-9) + 1e-9, "jerk {jerk} of {}: {}", joint.jerk, at());
-            let speeds = v - before.velocity[i] - before.acceleration[i] * t;
-            assert!(speeds.abs() <= joint.jerk * t * t / 2.0 * (1.0 + 1e-6) + 1e-12, "the speed jumps by {speeds}: {}", at());
-            let positions = q - before.q[i] - t * (before.velocity[i] + t / 2.0 * before.acceleration[i]);
-            assert!(positions.abs() <= joint.jerk * t * t * t / 6.0 * (1.0 + 1e-6) + 1e-13, "the position jumps by {positions}: {}", at());
-            self.digest = (self.digest.rotate_left(5) ^ q.to_bits() ^ v.to_bits().rotate_left(20)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        }
-        self.before = now;
-        now
-    }
-
-    fn is_over(&self) -> bool {
-        self.appended == self.program.moves.len() && self.run.is_at_end(&self.path)
-    }
-
-    /// Goes to the end at full speed; returns the duration.
-    fn finish(&mut self, seed: u64, change: impl Fn(&mut QueuedMove) + Copy) -> f64 {
-        let begun = self.steps;
-        while self.append(change) {}
-        while !self.is_over() {
-            self.step(CYCLE_S, 1.0, seed);
-            self.append(change);
-        }
-        (self.steps - begun) as f64 * CYCLE_S
-    }
-}
 
 fn cases() -> u64 {
     std::env::var("OPENGPAC_QUEUES").map_or(1000, |count| count.parse().expect("a number"))
@@ -281,7 +83,7 @@ fn no_limit_is_exceeded_whatever_happens_and_a_second_run_has_the_same_bits() {
     let (mut moves, mut steps) = (0, 0);
     let first = std::env::var("OPENGPAC_QUEUES_FROM").map_or(1, |seed| seed.parse().expect("a number"));
     for seed in first..first + cases() {
-        let program = Program::random(seed);
+        let program = random::program(seed);
         moves += program.moves.len();
         let first = random_travel(&program, seed);
         assert_eq!(first, random_travel(&program, seed), "seed {seed}");
@@ -295,7 +97,7 @@ fn no_limit_is_exceeded_whatever_happens_and_a_second_run_has_the_same_bits() {
 fn a_blend_that_comes_late_is_made_only_if_the_moves_before_it_can_slow_down() {
     // In these programs the arm enters a move, at the speed from which it can stop at its end, when that end becomes a blend.
     for seed in [17_144, 30_616] {
-        let program = Program::random(seed);
+        let program = random::program(seed);
         random_travel(&program, seed);
     }
 }
@@ -303,7 +105,7 @@ fn a_blend_that_comes_late_is_made_only_if_the_moves_before_it_can_slow_down() {
 #[test]
 fn the_path_is_the_same_at_every_override_and_through_pauses_and_steps_back() {
     for seed in 1..=cases() / 10 {
-        let program = Program::random(seed);
+        let program = random::program(seed);
         let mut first = Travel::begin(&program);
         while first.append(|_| ()) {}
         let mut reference = vec![first.before];
@@ -341,7 +143,7 @@ fn neither_a_move_nor_a_cycle_allocates() {
     drop(std::hint::black_box(Box::new(1)));
     assert_eq!(ALLOCATIONS.with(Cell::get), before + 1, "the counter counts");
     for seed in 1..40 {
-        let program = Program::random(seed);
+        let program = random::program(seed);
         let arm = program.chain.read(program.n).expect("a chain");
         let (mut path, mut run) = (new_path(), Run::default());
         let before = ALLOCATIONS.with(Cell::get);
@@ -362,7 +164,7 @@ fn neither_a_move_nor_a_cycle_allocates() {
 fn a_blend_is_never_slower_than_a_stop() {
     let (mut blended_s, mut stopped_s) = (0.0, 0.0);
     for seed in 1..=cases() / 5 {
-        let program = Program::random(seed);
+        let program = random::program(seed);
         let blended = Travel::begin(&program).finish(seed, |_| ());
         let stopped = Travel::begin(&program).finish(seed, |asked| asked.blend = 0.0);
         assert!(blended <= stopped + 2.0 * CYCLE_S, "seed {seed}: {blended} s with blends, {stopped} s with stops");
@@ -375,7 +177,7 @@ fn a_blend_is_never_slower_than_a_stop() {
 #[test]
 fn a_line_of_the_joints_takes_as_long_as_the_motion_to_a_position() {
     for seed in 1..200 {
-        let mut program = Program::random(seed);
+        let mut program = random::program(seed);
         let mut number = numbers(seed);
         let goal: Vec<f64> = program.start[..program.n].iter().map(|q| q + number(-1.0, 1.0)).collect();
         program.moves = vec![joints_to(1, &goal, &program.joints)];
