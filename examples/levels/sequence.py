@@ -15,5 +15,5 @@ def press(approach: gpac.Verb[..., Any], insert: gpac.Verb[..., Any]) -> gpac.Co
         {"approach": approach, "insert": insert},
         transitions={("approach", "there"): "insert"},
         rename={"approach.to": "contact", "insert.to": "depth"},
-        doc="Presses: fast to where the part is, slowly on to the depth.",
+        doc="Moves fast to the part, then presses slowly to the depth.",
     )

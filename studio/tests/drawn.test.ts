@@ -128,7 +128,7 @@ test("press, made of a verb of a file and one of the system, as superstates", as
   await page.locator('input[type="file"]').setInputFiles(join(folder, "approach.json"));
   await page.getByRole("button", { name: "New composition" }).click();
   await enter(page, "Composition", "press");
-  await enter(page, "purpose", "Presses: fast to where the part is, slowly on to the depth.");
+  await enter(page, "purpose", "Moves fast to the part, then presses slowly to the depth.");
   await page.locator('[data-verb="approach"]').click();
   await page.locator('[data-part="approach"]').waitFor();
   await page.getByLabel("Add a verb of the system").focus();
