@@ -44,22 +44,33 @@ const ENGLISH = (Object.keys(en) as Key[])
   .filter((text) => /\p{L} \p{L}|^\p{Lu}\p{Ll}/u.test(text.replace(/\{\w+\}/g, "")))
   .map((text) => `^${text.replace(/[.*+?^$()|[\]\\]/g, "\\$&").replace(/\{\w+\}/g, "[^ ]+")}$`);
 
+/** English words of the system, such as states, that are no German words. */
+const WORDS = (Object.keys(en) as Key[])
+  .filter((key) => key.startsWith("words.") && !GERMAN.has(String(en[key])))
+  .map((key) => String(en[key]));
+
 function formsOf(message: Message): string[] {
   return typeof message === "string" ? [message] : Object.values(message);
 }
 
 /** Returns the English texts of the page that a person sees or hears. */
 async function englishOf(page: Page): Promise<string[]> {
-  return await page.evaluate((patterns) => {
-    const english = patterns.map((pattern) => new RegExp(pattern));
-    const shown: string[] = [];
-    const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_ELEMENT | NodeFilter.SHOW_TEXT);
-    for (let node = walker.nextNode(); node; node = walker.nextNode()) {
-      if (node instanceof Element) shown.push(...["title", "aria-label", "placeholder"].map((name) => node.getAttribute(name) ?? ""));
-      else if (!node.parentElement?.closest("code, kbd, pre, script, style, [lang='en']")) shown.push(node.textContent ?? "");
-    }
-    return [...new Set(shown.map((text) => text.trim()))].filter((text) => text !== "" && english.some((one) => one.test(text)));
-  }, ENGLISH);
+  return await page.evaluate(
+    ([patterns, words]) => {
+      const english = patterns.map((pattern) => new RegExp(pattern));
+      const shown: string[] = [];
+      const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_ELEMENT | NodeFilter.SHOW_TEXT);
+      for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+        if (node instanceof Element) shown.push(...["title", "aria-label", "placeholder"].map((name) => node.getAttribute(name) ?? ""));
+        else if (!node.parentElement?.closest("code, kbd, pre, script, style, [lang='en']")) shown.push(node.textContent ?? "");
+      }
+      const texts = [...new Set(shown.map((text) => text.trim()))].filter((text) => text !== "" && english.some((one) => one.test(text)));
+      // States and kinds are single words.
+      const tags = [...document.querySelectorAll(".tag, .log .kind, option")].map((one) => one.textContent?.trim() ?? "");
+      return [...texts, ...tags.filter((tag) => words.includes(tag))];
+    },
+    [ENGLISH, WORDS] as const,
+  );
 }
 
 test("the page is in the browser's language, and declares it", async () => {

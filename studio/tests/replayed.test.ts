@@ -8,7 +8,7 @@ import { join } from "node:path";
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { freePort, serveProgram, tokenIn } from "./daemon";
-import { axeFindings, browse, goTo, LOOKS, type Opened, open, shoot } from "./running";
+import { axeFindings, browse, goTo, LOOKS, type Opened, open, shoot, standsStill } from "./running";
 
 let folder: string;
 let daemon: ChildProcess | undefined;
@@ -98,6 +98,8 @@ test("traces in two plots have one time axis, and the spectrum has the frequency
   await expect.poll(async () => Number(await tools.getByLabel("Up to").inputValue())).toBeCloseTo(450, 3);
   await tools.getByLabel("From").fill("0");
   await tools.getByLabel("From").press("Enter");
+  // The labels of the axis have another width after the change.
+  await standsStill(page.locator('[data-plot="2"] .u-over'));
   const box = await page.locator('[data-plot="2"] .u-over').boundingBox();
   if (!box) throw new Error("the second plot is to be seen");
   const at = (hz: number) => box.x + (hz / 450) * box.width;

@@ -66,6 +66,24 @@ test("a recording is begun from the page, seen to grow, and stopped", async () =
   expect(errors).toEqual([]);
 });
 
+test("every running recording is listed with the free space of its disk, and can be stopped", async () => {
+  const { page, errors } = studio;
+  await goTo(page, "Recordings");
+  const row = (name: string) => page.locator("tr").filter({ has: page.getByRole("rowheader", { name: `${name}.mcap` }) });
+  for (const name of ["first", "second"]) {
+    await page.getByLabel("File").fill(name);
+    await page.getByRole("button", { name: "Record", exact: true }).click();
+    await row(name).getByText("records", { exact: true }).waitFor();
+  }
+  for (const name of ["first", "second"])
+    await expect.poll(() => row(name).getByText("records", { exact: true }).getAttribute("title")).toMatch(/^[1-9].* free on its disk$/);
+  for (const name of ["first", "second"]) {
+    await row(name).getByRole("button", { name: "Stop" }).click();
+    await row(name).getByText("complete").waitFor();
+  }
+  expect(errors).toEqual([]);
+});
+
 test("what the log has of the earlier run says so, and the new run's entries come", async () => {
   const { page } = studio;
   await goTo(page, "Log");

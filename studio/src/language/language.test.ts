@@ -25,6 +25,8 @@ const EXCEPTIONS: Record<string, string> = {
 
 /** Texts that are not shown, or belong to the system. */
 const SENT = [
+  // Quoted in messages of the system.
+  "part '{}'",
   // Faults of the page itself.
   "this part of the page has no connected system",
   "index.html has no element 'studio'",

@@ -9,7 +9,7 @@ export function ThemeSwitch() {
     <label className="theme">
       <span className="quiet small">{tr("shell.colours")}</span>
       <select aria-label={tr("shell.colours")} value={now} onChange={(event) => setTheme(event.target.value as Theme)}>
-        <option value="system">{tr("shell.automatic")}</option>
+        <option value="system">{tr("language.automatic")}</option>
         <option value="light">{tr("shell.light")}</option>
         <option value="dark">{tr("shell.dark")}</option>
         <option value="contrast">{tr("shell.highContrast")}</option>

@@ -15,6 +15,7 @@ import { ForcedNote } from "./ForcedNote";
 import { ModeAndPause } from "./ModeAndPause";
 import { Aim, Notices } from "./Notices";
 import { TimeBar } from "./TimeBar";
+import { Tour } from "./tour/Tour";
 
 /**
  * Bar that is always visible: system, connection, commander, mode and pause, alarms, emergency stop. In a narrow window, commander and
@@ -65,6 +66,7 @@ export function TopBar() {
         <Refusals of={[...sessionTrouble, ...statisticsTrouble]} />
       </Notices>
       <TimeBar />
+      <Tour />
     </div>
   );
 }

@@ -3,7 +3,7 @@
 import type { DeviceState, Statistics } from "../../control/shapes";
 import { forEach } from "../../control/together";
 import { Panel, Refusals, Tag, type Tone } from "../../design/parts";
-import { tr } from "../../language/text";
+import { tr, trWord } from "../../language/text";
 import { Age } from "../../live/Age";
 import { forcedOf } from "../../live/forced";
 import { LiveValue } from "../../live/LiveValue";
@@ -17,7 +17,7 @@ import { SetOutput, useSetVerb } from "./SetOutput";
 const TONES: Record<string, Tone> = { standstill: "good", moving: "accent", enabling: "warn", stopping: "warn", fault: "bad" };
 
 export function StateTag(props: { of: DeviceState | undefined }) {
-  return <Tag tone={TONES[props.of ?? ""] ?? "plain"}>{props.of ?? "–"}</Tag>;
+  return <Tag tone={TONES[props.of ?? ""] ?? "plain"}>{props.of ? trWord(props.of) : "–"}</Tag>;
 }
 
 /** Table of the devices of one family: state, first SVVs, enabling, jogging. */

@@ -112,8 +112,7 @@ export default function Machine(props: { device: string; lost: string | null }) 
       title={tr("devices.machineDevice", { device })}
       end={(["front", "side", "top"] satisfies Viewpoint[]).map((from) => (
         <button key={from} type="button" className="plain" onClick={() => stage.current?.look(from)}>
-          {from[0]?.toUpperCase()}
-          {from.slice(1)}
+          {tr(`devices.view${from}`)}
         </button>
       ))}
       flush

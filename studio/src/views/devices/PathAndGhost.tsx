@@ -2,7 +2,7 @@
 
 import type { Geometry } from "../../control/shapes";
 import { Choice } from "../../design/Choice";
-import { tr } from "../../language/text";
+import { tr, trWord } from "../../language/text";
 import { AIMS, type Aim } from "./ghost";
 
 /** Objects drawn in addition to the machine. */
@@ -51,7 +51,9 @@ export function PathAndGhost(props: { of: Geometry; drawn: DrawnObjects; put: (d
       >
         <option value="">{tr("devices.none")}</option>
         {AIMS.map((aim) => (
-          <option key={aim}>{aim}</option>
+          <option key={aim} value={aim}>
+            {trWord(aim)}
+          </option>
         ))}
       </Choice>
       {of.contacts && (

@@ -90,3 +90,27 @@ test("what is of an earlier run comes first, says so, and counts for nothing tha
       .map((row) => row.split(",").at(-1)),
   ).toEqual(["earlier", "present"]);
 });
+
+test("the presses of a jog button are a line of each kind, and what happens between them keeps its place", () => {
+  const press = (number: number) => [
+    { ...entry(10 * number, number, "command", `jog#${number}`, "start"), who: "studio-abcd" },
+    entry(10 * number + 1, number + 0.1, "start", `jog#${number}`),
+    { ...entry(10 * number + 2, number + 0.2, "command", `jog#${number}`, "halt"), who: "studio-abcd" },
+  ];
+  const presses = [1, 2, 3].flatMap(press);
+  const shown = shownLines(linesOf({ entries: presses, dropped: 0, earlier: [] }, null), none);
+  expect(shown.map(({ kind, text, times, first_s, time_s }) => [kind, text, times, first_s, time_s])).toEqual([
+    ["command", "start", 3, 1, 3],
+    ["start", "", 3, 1.1, 3.1],
+    ["command", "halt", 3, 1.2, 3.2],
+  ]);
+  const entries = [...presses, entry(50, 5, "fault", "move#1", "divided by 0"), ...press(6), entry(70, 7, "fault", "jog#6", "late")];
+  const kinds = shownLines(linesOf({ entries, dropped: 0, earlier: [] }, null), none).map((line) => line.kind);
+  expect(kinds).toEqual(["command", "start", "command", "fault", "command", "start", "command", "fault"]);
+  // Other verbs have a line for each start.
+  const moves = [1, 2].flatMap((number) => [
+    entry(number, number, "start", `move#${number}`),
+    entry(number + 4, number, "transition", `move#${number}`),
+  ]);
+  expect(shownLines(linesOf({ entries: moves, dropped: 0, earlier: [] }, null), none)).toHaveLength(4);
+});

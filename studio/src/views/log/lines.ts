@@ -89,7 +89,33 @@ export interface Filter {
   text: string;
 }
 
-/** Returns the lines that pass the filter. A repetition of the previous line only increments its count. */
+/** Verbs that are started at each press of a button. */
+const CHATTER = new Set(["jog", "jog_linear"]);
+/** Number of kinds of lines that a press may cause. */
+const CHATTER_KINDS = 16;
+
+/** Returns the verb of the instance to which a line refers: `jog` for `jog#7`. */
+function verbOf(line: Line): string {
+  return line.about.replace(/#\d+$/, "");
+}
+
+/**
+ * Returns the index of the line that `line` repeats, or -1. Usually this is the previous line; of the presses of a jog button, which
+ * cause several lines each, it is the last line of the same kind, unless something else happened since.
+ */
+function repeated(shown: readonly Line[], line: Line): number {
+  const isChatter = CHATTER.has(verbOf(line)) && !BAD_KINDS.has(line.kind) && !WARN_KINDS.has(line.kind);
+  if (line.report && !isChatter) return -1;
+  for (let at = shown.length - 1; at >= 0 && at >= shown.length - (isChatter ? CHATTER_KINDS : 1); at--) {
+    const before = shown[at];
+    if (!before || before.isEarlier !== line.isEarlier || (isChatter && verbOf(before) !== verbOf(line))) return -1;
+    const isSame = isChatter || before.about === line.about;
+    if (isSame && before.kind === line.kind && before.text === line.text && before.who === line.who) return at;
+  }
+  return -1;
+}
+
+/** Returns the lines that pass the filter. A repetition of an earlier line only increments its count. */
 export function shownLines(lines: Line[], filter: Filter): Line[] {
   const words = filter.text.toLowerCase().split(/\s+/).filter(Boolean);
   const shown: Line[] = [];
@@ -99,20 +125,9 @@ export function shownLines(lines: Line[], filter: Filter): Line[] {
       const all = `${line.kind} ${line.about} ${line.text} ${line.who}`.toLowerCase();
       if (!words.every((word) => all.includes(word))) continue;
     }
-    const before = shown.at(-1);
-    if (
-      before &&
-      !line.report &&
-      before.isEarlier === line.isEarlier &&
-      before.kind === line.kind &&
-      before.about === line.about &&
-      before.text === line.text &&
-      before.who === line.who
-    ) {
-      shown[shown.length - 1] = { ...before, key: before.key, time_s: line.time_s, times: before.times + 1 };
-    } else {
-      shown.push(line);
-    }
+    const at = repeated(shown, line);
+    const [before] = at < 0 ? [] : shown.splice(at, 1);
+    shown.push(before ? { ...line, key: before.key, times: before.times + 1, first_s: before.first_s } : line);
   }
   return shown;
 }

@@ -15,7 +15,7 @@ import { plotsOf, type Setup, traceId, unitOf } from "./setup";
 import type { StreamChannel } from "./signal/frame";
 import { spectrumUnit } from "./signal/spectrum";
 import { Timing } from "./Timing";
-import { scaleKey } from "./worker/scales";
+import { ownKey, scaleKey } from "./worker/scales";
 
 /** Maximum number of scales shown with an axis; more would be illegible. */
 const AXES_MAX = 3;
@@ -138,7 +138,7 @@ function axesIn(setup: Setup, seen: readonly ShownTrace[], chosen: string | null
 // With separate scales, the axis is that of the trace selected in the table, or else of the first.
 function own(seen: readonly ShownTrace[], chosen: string | null): Axis[] {
   const one = seen.find((trace) => trace.id === chosen) ?? seen[0];
-  return one ? [{ key: tr("scope.traceId", { id: one.id }), label: `${one.id}${one.unit ? ` (${one.unit})` : ""}` }] : [];
+  return one ? [{ key: ownKey(one.id), label: `${one.id}${one.unit ? ` (${one.unit})` : ""}` }] : [];
 }
 
 function showOf(

@@ -9,6 +9,7 @@ import { useConfiguration } from "../../shell/configuration";
 import { useControl, useTopic } from "../../shell/context";
 import { addressOf } from "../../shell/route";
 import { views } from "../../shell/views";
+import { TourOffer } from "./TourOffer";
 import { triesOf } from "./tries";
 import "./start.css";
 
@@ -23,6 +24,7 @@ export default function Start() {
     <div className="first stack">
       <p className="lead">{tr("start.thisPageShowsARunningSystem", { RIGHTS: RIGHTS[rightsOf((role) => control.may(role))] })}</p>
       <Runs now={now} configuration={configuration} />
+      <TourOffer configuration={configuration} names={names} />
       <Tries configuration={configuration} names={names} />
       <Panel title={tr("start.views")}>
         <dl className="views">

@@ -3,6 +3,7 @@
 import { Handle, type Node, type NodeProps, Position, useUpdateNodeInternals } from "@xyflow/react";
 import { memo, useEffect } from "react";
 import { nodeId } from "../../../design/nodeIds";
+import { Name } from "../../../design/parts";
 import { tr } from "../../../language/text";
 import { type Box, HEAD, inputsOf, outputsOf, type Port, portText, ROW } from "./drawing";
 import { sourceColour } from "./sources";
@@ -25,7 +26,9 @@ export const BoxView = memo(function BoxView(props: NodeProps<BoxNode>) {
       data-box={box.title}
     >
       <div className="box-head" style={{ height: HEAD }}>
-        <strong>{box.title}</strong>
+        <strong>
+          <Name of={box.title} />
+        </strong>
         {box.opens && (
           <button
             type="button"

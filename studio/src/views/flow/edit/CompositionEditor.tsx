@@ -31,7 +31,7 @@ export function CompositionEditor(props: { work: Working; draft: ComposedDefinit
       chosen,
       choose: setChosen,
       connect: (from, to) => put(composed.setStep(draft, draft.of.transitions.length, composed.drawnStep(draft, from, to))),
-      found: (state) => found.filter((one) => one.message.includes(tr("flow.partState", { state }))).map(said),
+      found: (state) => found.filter((one) => one.message.includes(`part '${state}'`)).map(said),
       isWrong: () => false,
     }),
     [draft, found, chosen, put],

@@ -3,7 +3,7 @@
 import { period } from "../../../design/numbers";
 import { Panel } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
-import { tr } from "../../../language/text";
+import { tr, trWord } from "../../../language/text";
 import { WHOLE } from "./aim";
 import { setWhole } from "./change";
 import type { Draft, Holding } from "./definition";
@@ -60,7 +60,9 @@ export function WholePanel(props: { draft: VerbDraft; change: (draft: Draft) => 
           <select value={if_cut_off ?? ""} onChange={(event) => change(setWhole(draft, { if_cut_off: event.target.value || null }))}>
             <option value="">{tr("flow.asUsualForItsKind")}</option>
             {CUT_OFF.map((name) => (
-              <option key={name}>{name}</option>
+              <option key={name} value={name}>
+                {trWord(name)}
+              </option>
             ))}
           </select>
         </label>

@@ -8,9 +8,14 @@ export interface Scales {
   x: Range | null;
 }
 
+/** Returns the key of a scale that belongs to one trace. */
+export function ownKey(id: string): string {
+  return `trace ${id}`;
+}
+
 /** Returns the key of a trace's scale; within a plot, traces with the same unit share a scale. */
 export function scaleKey(trace: Pick<ShownTrace, "id" | "unit" | "setup">, show: { scales: Show["scales"] }): string {
-  if (show.scales !== "unit") return `trace ${trace.id}`;
+  if (show.scales !== "unit") return ownKey(trace.id);
   const { plot = 0 } = trace.setup;
   return plot === 0 ? `unit ${trace.unit ?? ""}` : `plot ${plot} unit ${trace.unit ?? ""}`;
 }
