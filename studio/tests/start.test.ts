@@ -107,7 +107,7 @@ test("what is offered works: a joint is jogged, and the arm moves to a position"
 test("help says what the docs say of each view, and ? lists the keys", async () => {
   const { page, errors } = studio;
   for (const [view, says] of [
-    ["Scope", "every value that is stored is on the screen"],
+    ["Scope", "Every value that is stored is either on the screen or counted as lost"],
     ["Data flow", "draws the blocks of all instances"],
   ] as const) {
     await goTo(page, view);
