@@ -21,7 +21,9 @@ LEAVES = 6
 Leaf = gpac.Verb[..., Any]
 
 
-def leaf(rig: Rig, number: int, *, brakes: bool = True, loops: bool = False, uses: bool = False, enough: int = 4) -> Leaf:
+def leaf(
+    rig: Rig, number: int, *, brakes: bool = True, loops: bool = False, uses: bool = False, enough: int = 4, if_cut_off: str | None = None
+) -> Leaf:
     """Returns a leaf that counts into `y…` until `enough`. One that brakes counts into `b…` for 3 ms when it is ended; one that `uses`
     the joint `slide` ends if the joint is disabled or lost."""
     lists = {"start": [activate("count", every="1 ms")], "again": [activate("count", every="1 ms"), wait("2 ms")]}
@@ -47,6 +49,7 @@ def leaf(rig: Rig, number: int, *, brakes: bool = True, loops: bool = False, use
     return gpac.Verb(
         f"leaf{number}", blocks=blocks, objects={"slide": gpac.robots.Joint} if uses else {}, instantiation_parameters=arguments,
         input_parameters=inputs, command_lists=lists, conditions=conditions, transitions=transitions, initial="start",
+        if_cut_off=if_cut_off,
     )  # fmt: skip
 
 
@@ -64,10 +67,11 @@ def work(svvs: dict[str, gpac.SVV[Any]], allowed: frozenset[int] = frozenset()) 
 
 
 class Drawn:
-    """Random composition, and the leaves declared as the recovery after a halt."""
+    """Random composition, and the leaves declared as the recovery after a halt. Leaves count `longer` times as far; the first leaf
+    has the policy `if_cut_off`, which is then that of the composition."""
 
-    def __init__(self, rig: Rig, rng: random.Random, devices: random.Random | None) -> None:
-        self.rig, self.rng, self.devices = rig, rng, devices
+    def __init__(self, rig: Rig, rng: random.Random, devices: random.Random | None, longer: int = 1, if_cut_off: str | None = None) -> None:
+        self.rig, self.rng, self.devices, self.longer, self.if_cut_off = rig, rng, devices, longer, if_cut_off
         self.free = list(range(LEAVES))
         rng.shuffle(self.free)
         self.recovery: set[int] = set()
@@ -81,7 +85,9 @@ class Drawn:
 
     def leaf(self) -> Leaf:
         rng, uses = self.rng, self.devices is not None and self.devices.random() < 0.4
-        return leaf(self.rig, self.free.pop(), brakes=rng.random() < 0.7, loops=rng.random() < 0.2, uses=uses, enough=rng.randint(2, 12))
+        brakes, loops, enough = rng.random() < 0.7, rng.random() < 0.2, rng.randint(2, 12) * self.longer
+        policy, self.if_cut_off = self.if_cut_off, None
+        return leaf(self.rig, self.free.pop(), brakes=brakes, loops=loops, uses=uses, enough=enough, if_cut_off=policy)
 
     def name(self) -> str:
         self.count += 1
@@ -108,6 +114,19 @@ class Drawn:
             return gpac.together(parts, name=self.name(), until=rng.choice(["any", "all"]))
         back = {("b", None): "a"} if kind == "loop" else {}
         return gpac.compose(self.name(), parts, transitions={("a", None): "b", **back})
+
+    def labels(self) -> dict[str, str]:
+        """Returns the leaf behind each label of a list, `a.b.r`."""
+        found: dict[str, str] = {}
+
+        def walk(verb: Leaf, label: str) -> None:
+            if not verb.parts:
+                found[label] = verb.name
+            for name, part in verb.parts.items():
+                walk(part, f"{label}.{name}" if label else name)
+
+        walk(self.verb, "")
+        return found
 
 
 # ---- ways to end ----
@@ -242,10 +261,12 @@ def tell(rig: Rig, vi: gpac.VerbInstance[Any], how: str, slide: gpac.robots.Join
 class Trial:
     """Random composition that is ended at random instants. `told` counts the ways in which it was ended while it ran."""
 
-    def __init__(self, rig: Rig, svvs: dict[str, gpac.SVV[Any]], seed: int, slides: Slides | None = None) -> None:
+    def __init__(
+        self, rig: Rig, svvs: dict[str, gpac.SVV[Any]], seed: int, slides: Slides | None = None, if_cut_off: str | None = None
+    ) -> None:
         self.rig, self.slides, self.svvs, self.seed = rig, slides, svvs, seed
         self.rng, self.told = random.Random(seed), Counter[str]()
-        self.drawn = Drawn(rig, self.rng, random.Random(seed + 1) if slides else None)
+        self.drawn = Drawn(rig, self.rng, random.Random(seed + 1) if slides else None, if_cut_off=if_cut_off)
 
     def try_ends(self, ends: Sequence[str] = ()) -> None:
         """Ends the composition in four ways, or in the given ones."""
@@ -332,22 +353,9 @@ class Trial:
         begun = conditions.index("halted") + 1 if "halted" in conditions else len(conditions)
         lists = [passed.command_list for passed in vi.report.way[begun:]] + ([vi.report.command_list] if "halted" in conditions else [])
         recovery = tuple(f"leaf{number}" for number in self.drawn.recovery)
-        labels = self.labels()
+        labels = self.drawn.labels()
         assert all(name.endswith("stop") or labels[name.rpartition(".")[0]] in recovery for name in lists), where
         return True
-
-    def labels(self) -> dict[str, str]:
-        """Returns the leaf behind each label of a list, `a.b.r`."""
-        found: dict[str, str] = {}
-
-        def walk(verb: Leaf, label: str) -> None:
-            if not verb.parts:
-                found[label] = verb.name
-            for name, part in verb.parts.items():
-                walk(part, f"{label}.{name}" if label else name)
-
-        walk(self.drawn.verb, "")
-        return found
 
     def _press(self, given: Sequence[Any], at_ms: float, told: Callable[[], None]) -> None:
         with ctrl_c_after(self.rig.cell, f"{at_ms} ms", told):
@@ -357,10 +365,12 @@ class Trial:
                 return
 
 
-def drawn_trial(rig: Rig, svvs: dict[str, gpac.SVV[Any]], seed: int, slides: Slides | None = None) -> Trial | None:
+def drawn_trial(
+    rig: Rig, svvs: dict[str, gpac.SVV[Any]], seed: int, slides: Slides | None = None, if_cut_off: str | None = None
+) -> Trial | None:
     """Returns a trial of a random composition, with devices if there are slides; `None` if the model refuses it."""
     try:
-        trial = Trial(rig, svvs, seed, slides)
+        trial = Trial(rig, svvs, seed, slides, if_cut_off)
         slide = [slides.holds] if slides and trial.drawn.uses_a_device else []
         trial.drawn.verb.new_instance(*slide, *arguments_of(trial.drawn.verb, svvs)).delete()
     except gpac.Error:
