@@ -248,3 +248,42 @@ def test_a_device_that_was_lost_and_opened_again_is_so_in_the_replay(tmp_path: P
             drives.reopen()
     again = gpac.replay(path, show=["q"], trust=True)
     assert (again.stopped, again.same, again.difference) == ("end", True, None)
+
+
+_PADDED = """// SPDX-License-Identifier: Apache-2.0
+#include <opengpac.h>
+
+TYPE(padded, "A flag and a count, with padding between them.", field(bool, flag), field(double, count), field(int16_t, last));
+
+FUNCTION_BLOCK(padding, "Counts; the padding of its output differs between runs until it is stored.",
+    out  (padded, y, "the count"),
+    state(double, n, 0.0, "invocations so far"))
+{
+    unsigned char *bytes = (unsigned char *)&self->y;
+    for (unsigned i = 0; i < sizeof self->y; i++) bytes[i] = (unsigned char)__builtin_ia32_rdtsc();
+    self->n += 1;
+    self->y.flag = true;
+    self->y.count = self->n;
+    self->y.last = 7;
+    return OK;
+}
+"""
+
+
+def test_the_padding_of_a_structure_is_no_difference(tmp_path: Path) -> None:
+    (tmp_path / "padding.c").write_text(_PADDED)
+    with gpac.System("recorded", clock="virtual") as cell:
+        cell.record(tmp_path / "run.mcap", replay=True)
+        fast = cell.processor("rtp0").timer("fast", period="1 ms", priority=80)
+        module = cell.download(tmp_path / "padding.c")
+        verb = gpac.Verb(
+            "counts",
+            blocks={"padding": module["padding"]},
+            cells={"y": "padding.y"},
+            command_lists={"start": [activate("padding", every="1 ms")]},
+        )
+        counts = verb.on(fast).asynch()
+        cell.advance("20 ms")
+        counts.halt()
+    again = gpac.replay(tmp_path / "run.mcap", trust=True)
+    assert (again.same, again.difference) == (True, None) and again.firings >= 20

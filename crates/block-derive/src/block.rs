@@ -236,7 +236,7 @@ fn store(item: &Item) -> TokenStream {
     let name = &item.name;
     let through = match item.sized {
         true => quote!(::opengpac::generated::store_sized((*m).at.#name, &local.#name, count);),
-        false => quote!(*(*m).at.#name = local.#name;),
+        false => quote!(::opengpac::generated::store((*m).at.#name, &local.#name);),
     };
     match (item.kind, &item.ratio) {
         _ if item.in_place => quote!(),

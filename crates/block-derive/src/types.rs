@@ -25,6 +25,7 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
     let members: Vec<_> = fields.named.iter().map(|field| field.ident.clone().expect("named fields have names")).collect();
     let names: Vec<_> = members.iter().map(ToString::to_string).collect();
     let types: Vec<_> = fields.named.iter().map(|field| &field.ty).collect();
+    let nexts = members.iter().skip(1).map(|next| quote!(::core::mem::offset_of!(Self, #next))).chain([quote!(::core::mem::size_of::<Self>())]);
     Ok(quote! {
         // SAFETY: the struct has the layout of C and all its members are types of items.
         unsafe impl ::opengpac::Type for #ident {
@@ -38,6 +39,19 @@ pub fn expand(input: &DeriveInput) -> syn::Result<TokenStream> {
                 let this: &'static ::opengpac::abi::TypeDescriptor = DESCRIPTOR.get_or_init(|| ::opengpac::generated::describe_type::<Self>(
                     #name, #doc, &[#((<#types as ::opengpac::Type>::text(), #names)),*]));
                 if !found.iter().any(|other| ::std::ptr::eq(*other, this)) { found.push(this); }
+            }
+            const IS_PADDED: bool =
+                0 #(+ ::core::mem::size_of::<#types>())* != ::core::mem::size_of::<Self>() #(|| <#types as ::opengpac::Type>::IS_PADDED)*;
+            #[inline]
+            unsafe fn clear_padding(at: *mut Self) {
+                // SAFETY: the members of the caller's value, and the bytes between them.
+                unsafe {
+                    #(
+                        <#types as ::opengpac::Type>::clear_padding(&raw mut (*at).#members);
+                        let end = ::core::mem::offset_of!(Self, #members) + ::core::mem::size_of::<#types>();
+                        at.cast::<u8>().add(end).write_bytes(0, #nexts - end);
+                    )*
+                }
             }
         }
     })

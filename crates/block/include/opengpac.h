@@ -501,6 +501,17 @@ OG_INLINE uint64_t opengpac_nonfinite(const void *value, size_t bytes, size_t ty
 #define OG_WHICH(C, i, t) OG_EACH(C, i, t, OG_NOTHING, OG_WHICH_OF, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING)
 #define OG_WHICH_OF(C, i, K, mode, flags, ratio, T, name, ...) \
     if (!((flags) & OG_MAY_BE_NONFINITE) && opengpac_nonfinite(&opengpac_local.name, OG_BYTES(C, T, name), OG_CLASS(T), #T) >> 63) return OG_NONFINITE | (uint64_t)(i) << 8;
+// Equal values have equal bytes: padding is 0, if the compiler can set it. A replay compares bytes.
+#ifdef __has_builtin
+#if __has_builtin(__builtin_clear_padding)
+#define OG_CLEAR_PADDING(address) __builtin_clear_padding(address);
+#endif
+#endif
+#ifndef OG_CLEAR_PADDING
+#define OG_CLEAR_PADDING(address)
+#endif
+#define OG_CLEAR(C, i, t) OG_EACH(C, i, t, OG_NOTHING, OG_CLEAR_OF, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING)
+#define OG_CLEAR_OF(C, i, K, mode, flags, ratio, T, name, ...) OG_CLEAR_PADDING(&opengpac_local.name)
 #define OG_PASS(C, i, t) OG_EACH(C, i, t, OG_NOTHING, OG_PASS_OUT, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING)
 #define OG_PASS_OUT(C, i, K, mode, flags, ratio, T, name, ...) if (opengpac_given_out && opengpac_given_out[i]) __builtin_memcpy(opengpac_given_out[i], &opengpac_local.name, OG_BYTES(C, T, name));
 #define OG_STORE(C, i, t) OG_EACH(C, i, t, OG_NOTHING, OG_STORE_BOUND, OG_NOTHING, OG_STORE_OWN, OG_NOTHING, OG_NOTHING, OG_NOTHING, OG_NOTHING)
@@ -629,6 +640,7 @@ __attribute__((cold, noinline, unused)) static uint64_t opengpac_threw(const cha
         OG_MAP(OG_LOAD, NAME, __VA_ARGS__) \
         OG_TRY(opengpac_result = opengpac_body_##NAME(&opengpac_local, &opengpac_now OG_MAP(OG_ACTUAL, NAME, __VA_ARGS__));) \
         if (opengpac_result.word == OG_DONE) { OG_MAP(OG_TOP, NAME, __VA_ARGS__) } \
+        OG_MAP(OG_CLEAR, NAME, __VA_ARGS__) \
         OG_MAP(OG_PASS, NAME, __VA_ARGS__) \
         /* From here on it is not ended: nothing below comes before the mark is gone. */ \
         *(volatile uint64_t *)&opengpac_m->header.number = opengpac_now.number + 1; \

@@ -104,14 +104,35 @@ pub unsafe fn load_sized<A: Array>(from: *const A, count: usize) -> A {
     value
 }
 
-/// Stores the first `count` elements.
+/// Stores a value, with zeros in its padding.
+///
+/// # Safety
+/// `to` points to a value of this type.
+#[inline(always)]
+pub unsafe fn store<T: Type>(to: *mut T, value: &T) {
+    // SAFETY: the caller's promise; `value` is a local of the entry.
+    unsafe {
+        *to = *value;
+        if T::IS_PADDED {
+            T::clear_padding(to);
+        }
+    }
+}
+
+/// Stores the first `count` elements, with zeros in their padding.
 ///
 /// # Safety
 /// As for [`load_sized`].
 #[inline(always)]
 pub unsafe fn store_sized<A: Array>(to: *mut A, value: &A, count: usize) {
+    let to = to.cast::<A::Element>();
     // SAFETY: the caller's promise; `value` is a local of the entry.
-    unsafe { core::ptr::copy_nonoverlapping(value.elements().as_ptr(), to.cast::<A::Element>(), count) };
+    unsafe {
+        core::ptr::copy_nonoverlapping(value.elements().as_ptr(), to, count);
+        if A::Element::IS_PADDED {
+            (0..count).for_each(|index| A::Element::clear_padding(to.add(index)));
+        }
+    }
 }
 
 /// Returns [`Type::nonfinite`] for the first `count` elements.

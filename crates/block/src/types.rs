@@ -22,6 +22,14 @@ pub unsafe trait Type: Copy + 'static {
     fn nonfinite(&self) -> u64;
     /// Adds the struct types that this type contains to `found`, unless already present.
     fn types(found: &mut Vec<&'static TypeDescriptor>);
+
+    /// True if a value has padding between its members or after them.
+    const IS_PADDED: bool = false;
+    /// Sets the padding of a value to zero, so that equal values have equal bytes: a replay compares bytes.
+    ///
+    /// # Safety
+    /// `at` points to a value, which no other code accesses during the call.
+    unsafe fn clear_padding(_at: *mut Self) {}
 }
 
 macro_rules! exact {
@@ -92,5 +100,14 @@ unsafe impl<T: Type, const N: usize> Type for [T; N] {
     }
     fn types(found: &mut Vec<&'static TypeDescriptor>) {
         T::types(found);
+    }
+
+    const IS_PADDED: bool = T::IS_PADDED;
+    #[inline(always)]
+    unsafe fn clear_padding(at: *mut Self) {
+        if T::IS_PADDED {
+            // SAFETY: the elements of the caller's array.
+            (0..N).for_each(|index| unsafe { T::clear_padding(at.cast::<T>().add(index)) });
+        }
     }
 }

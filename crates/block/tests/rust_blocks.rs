@@ -333,3 +333,56 @@ fn a_port_in_place_is_not_copied_and_what_is_written_stays() {
     assert_eq!(trial.numbers("sums").expect("numbers")[4999], 10_000.0, "an invocation that faults takes nothing back there");
     assert!(matches!(trial.set_numbers("sums", &[0.0; 5000]), Err(TrialError::NotSettable { .. })));
 }
+
+/// Value with padding after its last member.
+#[derive(Clone, Copy, Debug, PartialEq, Type)]
+#[repr(C)]
+struct Padded {
+    number: f64,
+    flag: bool,
+}
+
+/// Value with padding of its own, and in its members.
+#[derive(Clone, Copy, Debug, PartialEq, Type)]
+#[repr(C)]
+struct Nested {
+    first: u8,
+    inner: [Padded; 2],
+    last: u16,
+}
+
+/// Stores values whose padding is not zero before they are stored.
+#[derive(FunctionBlock)]
+struct Padding {
+    /// number of elements
+    #[size(1, 3)]
+    n: u32,
+    /// one value
+    #[output]
+    one: Nested,
+    /// several values
+    #[output(sized)]
+    several: [Padded; 3],
+}
+
+impl Step for Padding {
+    fn step(&mut self, _: &Invocation) -> Outcome {
+        // SAFETY: a byte of 1 is valid in each member.
+        unsafe {
+            (&raw mut self.one).write_bytes(1, 1);
+            (&raw mut self.several).write_bytes(1, 1);
+        }
+        Outcome::Done
+    }
+}
+
+#[test]
+fn the_padding_of_stored_values_is_zero() {
+    let mut trial = Trial::of(opengpac::read::BlockFace::of::<Padding>());
+    trial.set("n", &2u32.to_ne_bytes()).expect("a size");
+    trial.run().expect("no fault");
+    let padded = [[1_u8; 9].to_vec(), vec![0; 7]].concat();
+    let nested = [vec![1], vec![0; 7], padded.repeat(2), vec![1, 1], vec![0; 6]].concat();
+    assert_eq!(trial.get("one").expect("an output"), nested);
+    assert_eq!(trial.get("several").expect("an output"), padded.repeat(2));
+}
