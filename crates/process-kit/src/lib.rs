@@ -33,7 +33,7 @@ pub use heartbeat::Heartbeat;
 pub use inherited::{DESCRIPTORS, NotInherited, inherited};
 pub use launch::{Launch, LaunchError};
 pub use link::{FRAME_LEN_MAX, Frame, UnixLink};
-pub use listener::{Listener, connect, fresh_folder, is_abandoned, run_folder};
+pub use listener::{Listener, connect, connect_within, fresh_folder, is_abandoned, run_folder};
 pub use passing::DESCRIPTORS_MAX;
 pub use process::{ChildChange, ended, has_ended, next_change, pid_of, process_descriptor, signal, this_process};
 pub use restarts::Restarts;

@@ -7,7 +7,7 @@ use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::os::unix::net::{UnixListener, UnixStream};
 use std::path::{Path, PathBuf};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Waits for links at a path, which is removed when the listener is dropped.
 #[derive(Debug)]
@@ -18,6 +18,9 @@ pub struct Listener {
 
 /// Maximum number of pending connections.
 const WAITING_MAX: i32 = 16;
+/// Maximum time for which [`connect`] waits for room among the pending connections, and the time between two attempts.
+const CONNECT_MAX: Duration = Duration::from_secs(5);
+const TRY_AGAIN: Duration = Duration::from_millis(5);
 
 impl Listener {
     /// Listens at `path`, with mode 0600, replacing a socket left behind by a dead process.
@@ -85,25 +88,61 @@ impl Drop for Listener {
 /// Connects to the process that listens at `path`.
 ///
 /// # Errors
-/// `NotFound` or `ConnectionRefused` if no process listens there.
+/// `NotFound` or `ConnectionRefused` if no process listens there; `TimedOut` if one does, but has not taken earlier connections for
+/// some seconds.
 pub fn connect(path: &Path) -> io::Result<UnixLink> {
-    UnixLink::of(UnixStream::connect(path)?)
+    connect_within(path, CONNECT_MAX)
+}
+
+/// Connects as [`connect`] does, and waits for at most `limit` for room among the pending connections. A stopped process takes none.
+///
+/// # Errors
+/// As for [`connect`].
+pub fn connect_within(path: &Path, limit: Duration) -> io::Result<UnixLink> {
+    let begun = Instant::now();
+    loop {
+        match try_to_connect(path) {
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock && begun.elapsed() < limit => std::thread::sleep(TRY_AGAIN),
+            Err(error) if error.kind() == io::ErrorKind::WouldBlock => {
+                let (path, limit) = (path.display(), limit.as_secs_f64());
+                let message = format!("the process that listens at '{path}' has not taken a connection for {limit} s; resume it or end it");
+                return Err(io::Error::new(io::ErrorKind::TimedOut, message));
+            }
+            other => return UnixLink::of(other?),
+        }
+    }
 }
 
 /// Returns true if no process listens at the socket `path`, because the process was killed.
 pub fn is_abandoned(path: &Path) -> bool {
-    matches!(UnixStream::connect(path), Err(error) if error.kind() == io::ErrorKind::ConnectionRefused)
+    matches!(try_to_connect(path), Err(error) if error.kind() == io::ErrorKind::ConnectionRefused)
 }
 
-/// Creates a listening socket whose mode is set before its name becomes visible.
-fn bind(path: &Path) -> io::Result<UnixListener> {
+/// Connects to a listening process, without waiting. Fails with `WouldBlock` if it has not taken earlier connections.
+fn try_to_connect(path: &Path) -> io::Result<UnixStream> {
+    let (socket, (address, len)) = (socket()?, address(path)?);
+    let stream = UnixStream::from(socket);
+    stream.set_nonblocking(true)?;
+    // SAFETY: the address has the length given; the descriptor is our own.
+    if unsafe { libc::connect(stream.as_raw_fd(), (&raw const address).cast(), len) } != 0 {
+        return Err(io::Error::last_os_error());
+    }
+    stream.set_nonblocking(false)?;
+    Ok(stream)
+}
+
+fn socket() -> io::Result<OwnedFd> {
     // SAFETY: makes a socket, which is owned at once.
-    let socket = unsafe {
+    unsafe {
         match libc::socket(libc::AF_UNIX, libc::SOCK_STREAM | libc::SOCK_CLOEXEC, 0) {
-            made if made >= 0 => OwnedFd::from_raw_fd(made),
-            _ => return Err(io::Error::last_os_error()),
+            made if made >= 0 => Ok(OwnedFd::from_raw_fd(made)),
+            _ => Err(io::Error::last_os_error()),
         }
-    };
+    }
+}
+
+/// Returns the address of a socket at `path`, and its length.
+fn address(path: &Path) -> io::Result<(libc::sockaddr_un, libc::socklen_t)> {
     // SAFETY: all zeroes is an address without a name.
     let mut address: libc::sockaddr_un = unsafe { std::mem::zeroed() };
     let name = path.as_os_str().as_bytes();
@@ -115,6 +154,12 @@ fn bind(path: &Path) -> io::Result<UnixListener> {
         *place = *byte as libc::c_char;
     }
     let len = (std::mem::offset_of!(libc::sockaddr_un, sun_path) + name.len() + 1) as libc::socklen_t;
+    Ok((address, len))
+}
+
+/// Creates a listening socket whose mode is set before its name becomes visible.
+fn bind(path: &Path) -> io::Result<UnixListener> {
+    let (socket, (address, len)) = (socket()?, address(path)?);
     // SAFETY: the address has the length given; the descriptor is our own.
     let listens = unsafe {
         libc::fchmod(socket.as_raw_fd(), 0o600) == 0

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The link between two processes: whole frames, in order, with descriptors, and an end visible to both sides.
 use interconnect::{Link, LinkClosed};
-use process_kit::{FRAME_LEN_MAX, Listener, SharedMemory, UnixLink, connect, fresh_folder, run_folder};
+use process_kit::{FRAME_LEN_MAX, Listener, SharedMemory, UnixLink, connect, connect_within, fresh_folder, is_abandoned, run_folder};
 use proptest::prelude::*;
 use std::io::Write;
 use std::os::fd::AsFd;
@@ -117,6 +117,29 @@ fn processes_of_a_user_find_each_other_by_a_path() {
     // The state that a killed process leaves.
     drop(std::os::unix::net::UnixListener::bind(&path).unwrap());
     drop(Listener::listen(&path).expect("nobody listens there"));
+    std::fs::remove_dir(folder).unwrap();
+}
+
+#[test]
+fn a_listener_that_takes_no_connection_is_not_waited_for_without_end() {
+    let folder = fresh_folder().unwrap();
+    let path = folder.join("stopped");
+    let listener = Listener::listen(&path).unwrap();
+    let brief = Duration::from_millis(20);
+    let mut pending = Vec::new();
+    let refused = loop {
+        match connect_within(&path, brief) {
+            Ok(link) => pending.push(link),
+            Err(error) => break error,
+        }
+        assert!(pending.len() < 1000, "the queue of a listener has an end");
+    };
+    assert_eq!(refused.kind(), std::io::ErrorKind::TimedOut);
+    assert!(refused.to_string().contains("has not taken a connection for 0.02 s"), "{refused}");
+    assert!(!is_abandoned(&path), "the process that listens is alive");
+    assert!(listener.accept().unwrap().is_some());
+    connect_within(&path, LIMIT).expect("there is room again");
+    drop(listener);
     std::fs::remove_dir(folder).unwrap();
 }
 
