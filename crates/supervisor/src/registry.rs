@@ -99,6 +99,8 @@ pub(crate) struct PhysicalRecord {
     pub device: Arc<Device>,
     pub source: SourceId,
     pub lost: Option<String>,
+    /// Time of the last loss, ns: the device's readings are older.
+    pub lost_ns: i64,
     /// Kind and options with which a remote device was opened.
     pub opened: Option<(String, String)>,
     /// Kind and options of the driver.

@@ -71,7 +71,8 @@ impl System {
             let unguarded_news = about.unguarded_why.clone().filter(|_| !self.shared.is_virtual);
             device.obey(core.safety.emergency.stop.clone());
             core.wiring.tables.get_mut(&id).expect("a source has its table as long as the system lives").devices.push(device.clone());
-            let record = PhysicalRecord { device, source: id, lost: None, opened, driver: (kind, options), beside, about: description, unguarded_news };
+            let record =
+                PhysicalRecord { device, source: id, lost: None, lost_ns: 0, opened, driver: (kind, options), beside, about: description, unguarded_news };
             core.registry.physical.insert(name.to_owned(), record);
             let op = core.carrier().table_op(id);
             core.submit(id, vec![op], crate::scripts::Purpose::Nothing);

@@ -28,7 +28,7 @@ const STOOD_STILL_NS: i64 = 250_000_000;
 pub(crate) fn mark_lost(registry: &mut Registry, log: &mut Log, device: &str, message: &str, time_ns: i64) {
     log.add(time_ns, "device", device, format!("device '{device}' was lost: {message}"));
     if let Some(physical) = registry.physical.get_mut(device) {
-        physical.lost = Some(message.to_owned());
+        (physical.lost, physical.lost_ns) = (Some(message.to_owned()), time_ns);
     }
 }
 

@@ -93,7 +93,8 @@ fn channel<'a>(core: &'a Core, name: &str) -> Option<(&'a str, &'a PhysicalRecor
 fn check_channel(core: &Core, name: &str) -> Result<(), Refusals> {
     let Some((device, record, channel)) = channel(core, name) else { return Ok(()) };
     if let Some(lost) = &record.lost {
-        let why = format!("cannot read channel '{name}': device '{device}' is lost: {lost}");
+        let age_s = core.host.now_ns().saturating_sub(record.lost_ns).max(0) as f64 * 1e-9;
+        let why = format!("cannot read channel '{name}': its last reading is more than {age_s:.3} s old, because device '{device}' is lost: {lost}");
         return Err(refuse(Class::DeviceFailed, why, "remove the cause, then call reset()"));
     }
     if channel.direction == Direction::Read && !has_reading(core, record) {
