@@ -293,6 +293,26 @@ def test_an_inertia_that_rounding_made_impossible_is_taken(tmp_path: Path) -> No
         assert loaded.notes == () and loaded.enable().turn.state == "standstill"
 
 
+@pytest.mark.parametrize(
+    ("bound", "absent", "ends"),
+    [('lower="-1"', "upper", (-1.0, 0.0)), ('upper="1.5"', "lower", (0.0, 1.5)), ('lower="1"', "upper", (0.0, 1.0))],
+)
+def test_a_range_of_one_bound_has_the_other_at_zero(tmp_path: Path, bound: str, absent: str, ends: tuple[float, float]) -> None:
+    file = arm(tmp_path, limit=f'<limit {bound} effort="100" velocity="2"/>')
+    said = rf"arm.urdf:3: joint 'turn' has no {absent} limit, for which URDF specifies 0: its range is "
+    with pytest.warns(UserWarning, match=said):
+        loaded = robots.load(file, clock="virtual", name="one-bound")
+    with loaded.system:
+        (turn,) = loaded.enable()
+        assert (turn.position_min, turn.position_max) == ends
+        middle = sum(ends) / 2
+        assert gpac.motion.move_absolute(turn, middle, time_limit="20 s").position == pytest.approx(middle, abs=1e-3)
+        with pytest.raises(gpac.OutOfRange, match=f"its range is {ends[0]:g} to {ends[1]:g} rad"):
+            gpac.motion.move_absolute(turn, ends[1] + 0.5)
+    with pytest.raises(gpac.DeviceFailed, match=r"has . defects?: .*" + said):
+        robots.load(file, clock="virtual", strict=True)
+
+
 def test_a_fixed_range_is_a_fixed_joint(tmp_path: Path) -> None:
     more = MORE.format(name="fold", kind="revolute", inside="").replace('lower="-1" upper="1"', 'lower="0" upper="0"')
     with pytest.warns(UserWarning, match=r"the range of joint 'fold' is 0 to 0; the joint is fixed there"):

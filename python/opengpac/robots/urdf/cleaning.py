@@ -125,6 +125,10 @@ def _clean_limit(source: Source, joint: ElementTree.Element) -> float:
         return 0.0
     low, high = (source.numbers(limit, bound, 1, "0", is_finite=False)[0] for bound in ("lower", "upper"))
     speed, effort = (source.numbers(limit, word, 1, "0", is_finite=False)[0] for word in ("velocity", "effort"))
+    missing = [bound for bound in ("lower", "upper") if bound not in limit.attrib]
+    if kind != "continuous" and len(missing) == 1:
+        source.note(f"joint '{name}' has no {missing[0]} limit, for which URDF specifies 0: its range is {low:g} to {high:g}", limit)
+        limit.set(missing[0], "0")
     if kind == "continuous":
         if max(abs(low), abs(high)) > RANGE_MAX:
             source.note(f"the range of continuous joint '{name}', {low:g} to {high:g}, is ignored", limit)

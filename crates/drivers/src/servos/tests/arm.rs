@@ -303,6 +303,10 @@ fn a_calibration_is_recorded_and_read_again() {
         let why = refused(json!({ "port": "/dev/x", "calibration": beyond }));
         assert!(why.contains(&format!("its range in the calibration is {low} to {high}, but its encoder counts 0 to 4095; record it again")), "{why}");
     }
+    let reversed = folder.join("reversed.json");
+    std::fs::write(&reversed, json!({ "a": { "id": 1, "range_min": 3200, "range_max": 1000 } }).to_string()).expect("ours");
+    let why = refused(json!({ "port": "/dev/x", "calibration": reversed }));
+    assert!(why.contains("the range of 'a', 3200 to 1000, is empty; record it again"), "{why}");
     let why = Arm::made(protocol, of).driver.open(0).expect_err("its offset is another");
     assert!(why.message.contains("has an offset of 7 counts, but the calibration was made with -12"), "{}", why.message);
     peer.join();
