@@ -3,6 +3,7 @@
 use crate::rig::{Rig, class};
 use serde_json::{Value as Json, json};
 use std::os::unix::net::UnixStream;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
 
@@ -78,6 +79,60 @@ fn a_stream_may_hold_its_session() {
     drop(stream);
     rig.until(|rig| listed(rig)["alive"] == false);
     assert_eq!(rig.ask("GET", "/v1/command", &[], "").1["result"]["holder"], Json::Null);
+}
+
+/// Returns the resident memory of this process, kB.
+fn resident_kb() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").expect("the status of this process");
+    let line = status.lines().find(|line| line.starts_with("VmRSS:")).expect("its resident memory");
+    line.split_whitespace().nth(1).and_then(|kb| kb.parse().ok()).expect("a number")
+}
+
+/// Ends the floods of a test, also if it fails.
+struct FloodEnd<'a>(&'a AtomicBool);
+
+impl Drop for FloodEnd<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn a_stop_is_heard_beside_clients_that_ping_and_read_no_pong() {
+    const FLOODS: usize = 4;
+    const PINGS: usize = 20_000;
+    let rig = Rig::new();
+    let (sent, ends) = (AtomicUsize::new(0), AtomicBool::new(false));
+    std::thread::scope(|scope| {
+        let _end = FloodEnd(&ends);
+        for _ in 0..FLOODS {
+            scope.spawn(|| {
+                // A client that is cut off comes back.
+                while !ends.load(Ordering::Relaxed) {
+                    let mut stream = open(&rig, "/v1/stream", None);
+                    let ping = Message::Ping(vec![0; 125].into());
+                    while !ends.load(Ordering::Relaxed) && stream.write(ping.clone()).and_then(|()| stream.flush()).is_ok() {
+                        sent.fetch_add(1, Ordering::Relaxed);
+                    }
+                }
+            });
+        }
+        let flooded = |pings: usize| rig.until(|_| sent.load(Ordering::Relaxed) >= pings);
+        flooded(PINGS);
+        let before_kb = resident_kb();
+        for round in 1..=10 {
+            rig.call("", "emergency_stop", json!({ "reason": format!("round {round}") }));
+            let emergency = rig.call("", "statistics", json!({}))["emergency"].clone();
+            assert!(emergency.as_str().is_some_and(|why| why.contains(&format!("round {round}"))), "{emergency}");
+            let session = rig.open(&format!("panel{round}"));
+            rig.ask("POST", "/v1/command", &[("opengpac-session", &session)], r#"{"force": true}"#);
+            rig.call(&session, "reset", json!({}));
+            rig.ask("DELETE", "/v1/command", &[("opengpac-session", &session)], "");
+            flooded(sent.load(Ordering::Relaxed) + PINGS);
+        }
+        // 200,000 pings of 131 bytes, each with its pong, are 52 MB.
+        assert!(resident_kb() < before_kb + 20_000, "{before_kb} kB, then {} kB", resident_kb());
+    });
 }
 
 #[test]
