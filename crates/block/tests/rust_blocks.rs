@@ -337,7 +337,7 @@ fn a_port_in_place_is_not_copied_and_what_is_written_stays() {
 /// Value with padding after its last member.
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
-struct Padded {
+struct PaddedValue {
     number: f64,
     flag: bool,
 }
@@ -345,9 +345,9 @@ struct Padded {
 /// Value with padding of its own, and in its members.
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
-struct Nested {
+struct NestedValue {
     first: u8,
-    inner: [Padded; 2],
+    inner: [PaddedValue; 2],
     last: u16,
 }
 
@@ -359,10 +359,10 @@ struct Padding {
     n: u32,
     /// one value
     #[output]
-    one: Nested,
+    one: NestedValue,
     /// several values
     #[output(sized)]
-    several: [Padded; 3],
+    several: [PaddedValue; 3],
 }
 
 impl Step for Padding {
