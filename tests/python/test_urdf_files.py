@@ -313,6 +313,18 @@ def test_a_range_of_one_bound_has_the_other_at_zero(tmp_path: Path, bound: str, 
         robots.load(file, clock="virtual", strict=True)
 
 
+def test_a_continuous_joint_has_no_range(tmp_path: Path) -> None:
+    file = arm(tmp_path)
+    file.write_text(file.read_text().replace('type="revolute"', 'type="continuous"'))
+    loaded = robots.load(file, clock="virtual", name="continuous")
+    with loaded.system:
+        (turn,) = loaded.enable()
+        assert gpac.motion.move_absolute(turn, 7.0, time_limit="60 s").position == pytest.approx(7.0, abs=1e-3)
+    file.write_text(file.read_text().replace('upper="2"', 'upper="99999999"'))
+    (note,) = urdf.convert(file).notes
+    assert note == "arm.urdf:3: the range of continuous joint 'turn', -2 to 1e+08, is ignored"
+
+
 def test_a_fixed_range_is_a_fixed_joint(tmp_path: Path) -> None:
     more = MORE.format(name="fold", kind="revolute", inside="").replace('lower="-1" upper="1"', 'lower="0" upper="0"')
     with pytest.warns(UserWarning, match=r"the range of joint 'fold' is 0 to 0; the joint is fixed there"):
