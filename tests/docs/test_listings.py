@@ -105,6 +105,8 @@ def run_listing(listing: Listing, program: Program, folder: Path) -> None:
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_every_listing_of_a_page_runs(page: Path, folder: Path) -> None:
     program, daemons = Program(), list[Daemon]()
+    # A test that ran before in this process may have left a system open, which would be found by its name.
+    program.close()
     try:
         for listing in listings(page):
             if "daemon" in listing.words:
