@@ -13,18 +13,17 @@ const CONTROLS = "button, a[href], input, select, summary";
 /** Selector of elements whose controls command the system. A press of any other control can be undone. */
 const COMMANDING = "[data-commands]";
 
-/** A control, and its position in a sample. */
+/** A control, by its name, and its position in a sample. */
 export interface Spot {
-  control: Element;
   name: string;
   box: { left: number; top: number; right: number; bottom: number };
 }
 
 /** Returns whether a press at a point hits a control other than the one that was at this point in the sample `before`. */
-export function isAside(control: Element, name: string, x: number, y: number, before: readonly Spot[]): boolean {
+export function isAside(name: string, x: number, y: number, before: readonly Spot[]): boolean {
   const there = before.filter(({ box }) => x >= box.left && x < box.right && y >= box.top && y < box.bottom);
-  // React may have recreated the element: under the same name it is the same control to a person.
-  return there.length > 0 && !there.some((one) => one.control === control || one.name === name);
+  // To a person a control is what its name says: React recreates elements, and gives an element to the next alarm of a list.
+  return there.length > 0 && !there.some((one) => one.name === name);
 }
 
 /**
@@ -38,7 +37,6 @@ export function watchAim(refused: () => void): () => void {
   const look = () => {
     if (document.hidden) return;
     const spots = [...document.querySelectorAll(CONTROLS)].map((control) => ({
-      control,
       name: nameOf(control),
       box: control.getBoundingClientRect(),
     }));
@@ -53,7 +51,7 @@ export function watchAim(refused: () => void): () => void {
     const control = event.target instanceof Element ? event.target.closest(CONTROLS) : null;
     const before = samples.findLast((one) => one.time <= event.timeStamp - AIMED_MS);
     if (!control?.closest(COMMANDING) || !before || event.timeStamp - moved < OWN_MS) return;
-    isRefusing = isAside(control, nameOf(control), event.clientX, event.clientY, before.spots);
+    isRefusing = isAside(nameOf(control), event.clientX, event.clientY, before.spots);
     if (isRefusing) refused();
     swallow(event);
   };
