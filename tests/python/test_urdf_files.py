@@ -342,7 +342,7 @@ def test_a_robot_without_a_joint_that_moves_is_refused_with_the_reason(tmp_path:
             r"arm.urdf:3: no joint of the robot can move: arm.urdf:3: the range of joint 'turn' is 0.5 to 0.5; the joint is fixed there",
         ),
         "its type": (file.read_text().replace("revolute", "fixed"), r"arm.urdf:3: no joint of the robot can move: 'turn' is fixed"),
-        "no joint": ('<robot name="arm"><link name="base"/></robot>', r"arm.urdf:1: the robot has no joint"),
+        "no joint": ('<robot name="arm"><link name="base"/></robot>', r"arm.urdf:1: the robot has no joints"),
     }[kind]
     file.write_text(text)
     with pytest.raises(gpac.DeviceFailed, match=problem):

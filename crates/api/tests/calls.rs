@@ -311,7 +311,7 @@ fn only_a_machine_with_a_shape_is_drawn() {
     let system = system();
     let options = json!({ "parts": ["x"] });
     say(&system, "physical_device", json!({ "processor": "rtp0", "name": "drives", "kind": "loopback", "options": options, "source": "rtp0.fast" }));
-    assert!(refused(&system, "geometry", r#"{"device": "drives"}"#).contains("has no shape: its driver is 'loopback'"));
+    assert!(refused(&system, "geometry", r#"{"device": "drives"}"#).contains("has no geometry: its driver 'loopback' provides none"));
     assert!(refused(&system, "geometry", r#"{"device": "arm"}"#).contains("there is no physical device 'arm'"));
 }
 

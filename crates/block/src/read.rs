@@ -179,11 +179,11 @@ impl BlockFace {
         Ok(face)
     }
 
-    /// Returns a block of this program, written in Rust.
+    /// Returns the description of a block that is written in Rust and compiled into this program.
     ///
     /// # Panics
-    /// Panics if the descriptor created by the derive macro contradicts `abi`, which no declaration that compiles should cause; item
-    /// names are unique because they are field names.
+    /// Panics if the descriptor created by the derive macro contradicts `abi`, which should be impossible for a declaration that
+    /// compiles: item names are unique because they are field names.
     pub fn of<B: crate::FunctionBlock>() -> BlockFace {
         let types: Result<Vec<_>, _> = B::types().into_iter().map(TypeFace::read).collect();
         match types.and_then(|types| BlockFace::read(B::descriptor(), &types)) {

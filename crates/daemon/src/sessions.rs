@@ -97,7 +97,7 @@ impl State {
         self.by_name.iter_mut().find(|(_, session)| session.alive && session.id == id)
     }
 
-    /// Ends the session's command, and its requests for command.
+    /// Releases command if the session has it, and withdraws its requests for command.
     fn leave(&mut self, name: &str, how: &str) {
         let reason = format!("session '{name}' {how}");
         self.command.end(name, Outcome::Withdrawn, None, &reason);
@@ -301,7 +301,7 @@ impl Sessions {
         state.pass(instance, Some(name));
     }
 
-    /// Records that a session has set a force, which ends with it. Returns false if the session has ended meanwhile.
+    /// Records that a session has set a force, so that the force ends with the session. Returns false if the session has already ended.
     pub fn add_force(&self, name: &str, force: u64) -> bool {
         let mut state = self.locked();
         let is_alive = state.by_name.get(name).is_some_and(|session| session.alive);

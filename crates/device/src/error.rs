@@ -16,7 +16,7 @@ pub enum DriverError {
     /// A file named by an option cannot be read.
     #[error("driver '{kind}' cannot read '{}': {problem}", path.display())]
     File { kind: String, path: PathBuf, problem: String },
-    /// No thread or process here serves the driver's class.
+    /// This program provides no thread or process for drivers of this class.
     #[error("driver '{kind}' is declared as {class}, which this program does not serve; open it with crate drivers, or declare it inline")]
     Class { kind: String, class: Class },
     /// The driver has no such service.

@@ -60,8 +60,8 @@ fn in_table(at: &str, word: &OptionWord, table: &Value) -> Option<Outside> {
     table.get(word.name).and_then(|value| outside(at, word, value))
 }
 
-/// Returns the tables in a list or a table, each with the next step of its path. An element of a list is identified by its `name`, if it
-/// has one.
+/// Returns the entries of a list or table, each with the segment that it adds to the path. An entry of a list is identified by its
+/// `name`, or by its index if it has none.
 fn entries(value: &Value) -> Box<dyn Iterator<Item = (String, &Value)> + '_> {
     match value {
         Value::Object(table) => Box::new(table.iter().map(|(name, entry)| (format!(".{name}"), entry))),

@@ -61,7 +61,7 @@ impl Interval {
     }
 }
 
-/// Returns the unit most often meant by a number without a unit that is far too large: degrees for rad, mm for m, ms for s, g for kg.
+/// Returns the unit that was probably meant if a number without a unit is far too large: degrees for rad, mm for m, ms for s, g for kg.
 fn smaller(unit: &str) -> Option<(String, f64)> {
     let (above, below) = unit.split_once('/').map_or((unit, String::new()), |(above, below)| (above, format!("/{below}")));
     let (smaller, factor) = match above {

@@ -162,7 +162,7 @@ impl<M: QueueMemory> QueueReader<M> {
         true
     }
 
-    /// Returns the number of waiting rows. The writer may concurrently push some.
+    /// Returns the number of waiting rows; the writer may push more at any time.
     pub fn len(&self) -> usize {
         self.memory.pushed_of(self.popped).wrapping_sub(self.popped)
     }

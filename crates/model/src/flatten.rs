@@ -65,7 +65,7 @@ pub enum Origin {
     Cell,
     /// An output, or a port of a graph, that is not named in any binding.
     Filled,
-    /// Inputs that only input parameters write.
+    /// Inputs written only by input parameters.
     InputOnly,
     /// An input with a default or a constant.
     Constant,

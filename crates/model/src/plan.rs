@@ -121,7 +121,8 @@ pub struct PlannedActivation {
     pub budget_ns: Option<u64>,
     /// True if the interval may be changed while it is active.
     pub tunable: bool,
-    /// Rates in the command lists in which it is active (list index, rate), for the relations of later instances.
+    /// Rates at which it is active, as (index of the command list, rate). They determine how inputs of later instances relate to its
+    /// outputs.
     pub rates: Vec<(usize, Rate)>,
 }
 

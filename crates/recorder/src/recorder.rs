@@ -61,7 +61,7 @@ pub struct Summary {
     pub running: bool,
     /// Number of written messages by channel; while the recording is in progress, only those in complete chunks.
     pub counts: IndexMap<String, u64>,
-    /// Number of messages by channel that could not be written; channels without losses are omitted.
+    /// Number of messages that could not be written, by channel; channels without losses are omitted.
     pub lost: IndexMap<String, u64>,
     /// Total size of the existing files, bytes.
     pub bytes: u64,

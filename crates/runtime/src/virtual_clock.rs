@@ -196,7 +196,7 @@ impl Virtual {
         self.instant.set((i64::MIN, 0));
         let refused: u64 = self.sources.borrow().iter().map(|member| member.source.requests.pending.swap(0, Ordering::SeqCst)).sum();
         format!(
-            "more than {FIRINGS_AN_INSTANT} requested firings at {time_ns} ns, the last of source '{}': {refused} requests are refused; if sources raise each other without time passing, let a timer drive one of them",
+            "more than {FIRINGS_AN_INSTANT} requested firings at {time_ns} ns, the last of source '{}': {refused} requests are refused; if sources raise each other without time passing, drive one of them with a timer",
             last.source.spec.name
         )
     }
@@ -299,8 +299,8 @@ impl Member {
         spec.rtp != this.rtp || spec.priority > this.priority
     }
 
-    /// Skips those releases of a timer, except the last, for which a firing up to `end_ns` left no time: its own firing, or one on its
-    /// RTP that it cannot preempt.
+    /// Skips all but the last of a timer's releases up to `end_ns` that could not start because a firing was still running: the timer's
+    /// own, or one on the same RTP that it cannot preempt.
     fn skip(&self, end_ns: i64) {
         let Some(period_ns) = self.source.period_ns() else { return };
         let skipped = (end_ns - self.next.get() as i64 * period_ns) / period_ns;

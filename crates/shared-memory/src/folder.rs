@@ -104,7 +104,8 @@ impl Drop for Folder {
     }
 }
 
-/// Removes the folders of runs without members, for example of killed processes; returns their number.
+/// Removes the folders of runs that have no members left, for example because their processes were killed. Returns the number of folders
+/// removed.
 pub(crate) fn sweep() -> usize {
     let Ok(entries) = fs::read_dir(ROOT) else { return 0 };
     let paths = entries.flatten().map(|entry| entry.path()).filter(|path| is_of_a_run(path) && is_ours(path));

@@ -143,7 +143,7 @@ impl SystemState {
         } else {
             // Results of firings that have not completed by a deadline must not be visible then.
             let fired = (self.host.fire_next(limit_ns.min(deadline.unwrap_or(i64::MAX))))
-                .map_err(|why| refuse(Class::SchedulingError, why, "let one of them wait for a timer"))?;
+                .map_err(|why| refuse(Class::SchedulingError, why, "drive one of these sources with a timer"))?;
             // If something merely arrived before the deadline, that counts as the next event.
             fired || deadline.is_some_and(|deadline_ns| deadline_ns <= limit_ns)
         };

@@ -370,7 +370,7 @@ class PlaceTable(MutableMapping[str, Pose]):
     def __setitem__(self, name: str, place: Pose) -> None:
         one = self._section[:-1]
         if not isinstance(name, str) or not name.strip() or name in (JOINTS, WORLD):
-            refuse(CallError, f"the name of a {one} must be a new name, not {name!r}", f"choose a name other than '{JOINTS}' and '{WORLD}'")
+            refuse(CallError, f"a {one} cannot be named {name!r}", f"give a non-empty name other than '{JOINTS}' and '{WORLD}'")
         entry = point_file.pose_entry(Pose.of(place))
 
         def put(document: Any) -> None:

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of the parts of a driver's class: each part must rest, follow its commands, and report its motion."""
+"""Checks for the parts of a driver class: each part must stay at rest when it is not commanded, follow its commands, and report its
+motion."""
 
 from __future__ import annotations
 

@@ -81,7 +81,9 @@ def fmu(
     instances = number(instances)
     if isinstance(instances, bool) or not isinstance(instances, int) or not 1 <= instances <= 1024:
         refuse(
-            DefinitionError, f"instances= of '{given}' must be from 1 to 1024, not {instances!r}", "pass the number of its blocks that run"
+            DefinitionError,
+            f"instances= of '{given}' must be an integer from 1 to 1024, not {instances!r}",
+            "pass the maximum number of blocks that use the FMU at the same time",
         )
     check_native(fmu)
     period_ns = _period(fmu, given, optional_ns(every, f"the interval of '{given}'"))

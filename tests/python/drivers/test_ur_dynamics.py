@@ -91,7 +91,7 @@ def test_what_its_model_does_not_have_is_refused() -> None:
             _ = robot.gripper
         with pytest.raises(gpac.CallError, match="no sensor 'tool_farce'; did you mean 'tool_force'"):
             robot.sensor("tool_farce")
-    with gpac.drivers.fake.ur(HOME) as robot, pytest.raises(gpac.CallError, match="without a model does not have sensor"):
+    with gpac.drivers.fake.ur(HOME) as robot, pytest.raises(gpac.CallError, match="has no model, and therefore no sensor"):
         robot.sensor("object")
 
 

@@ -201,7 +201,7 @@ def refused(folder: Path) -> dict[str, tuple[Path, dict[str, Any], str]]:
         "two names": (good, {"inputs": {"u": "a", "hold": "a"}}, "are both 'a'"),
         "units of": (good, {"units": {"w": "m"}}, "units= of 'lag' names 'w'"),
         "no output": (good, {"outputs": []}, "no output"),
-        "instances": (good, {"instances": 0}, "must be from 1 to 1024, not 0"),
+        "instances": (good, {"instances": 0}, "must be an integer from 1 to 1024, not 0"),
         "interpreter": (wrong("python", binary=b"\x7fELF libpython3.11.so.1.0"), {}, "gpac.drivers.fmu(path, step='10 ms')"),
     }
 

@@ -16,7 +16,7 @@ const CHUNKS_MAX: usize = 96;
 /// Maximum number of columns per channel.
 const COLUMNS_MAX: u32 = 10_000;
 
-/// State of a recording at a time.
+/// State of a recording at a given time.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RecordedAt")]
 struct At {

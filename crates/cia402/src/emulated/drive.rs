@@ -93,7 +93,7 @@ impl Drive {
         }
     }
 
-    /// Sets the limit switches of the machine, counts relative to the zero position at creation.
+    /// Sets the positions of the machine's limit switches, in counts from the drive's initial zero position.
     pub fn set_limits(&mut self, limits: Limits) {
         self.limits = limits;
     }

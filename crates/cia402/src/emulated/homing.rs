@@ -5,7 +5,7 @@ use super::objects::{Access, Handle, Objects};
 /// Number of counts between index pulses.
 const INDEX: f64 = 4096.0;
 
-/// Positions of the machine's switches, counts relative to the zero position at which the drive was created; `None` without switches.
+/// Positions of the machine's limit switches, in counts from the drive's initial zero position; `None` if there are no switches.
 pub type Limits = Option<[f64; 2]>;
 
 pub struct Search {

@@ -36,7 +36,7 @@ pub(super) fn address_of(text: &str) -> Result<Address, String> {
     Address::parse(text, "rtu", Settings { baud: 19_200, parity: Parity::Even, stop_bits: 1 }, Some(502))
 }
 
-/// Problem with a damaged answer.
+/// Reasons why a response is rejected as damaged.
 const NO_HEADER: &str = "it does not begin with a Modbus TCP header";
 const NO_FUNCTION: &str = "its function code or its length is not valid in Modbus";
 const WRONG_SUM: &str = "its CRC is wrong; check the cable, terminating resistors, baud rate and parity";

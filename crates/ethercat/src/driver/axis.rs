@@ -155,7 +155,7 @@ impl Axis {
         self.put(told, process);
     }
 
-    /// Sets the idle command of the drive.
+    /// Writes the drive's idle command to the process data.
     pub fn tell_idle(&mut self, process: &mut [u8]) {
         let told = self.moved.commander.tell_idle();
         self.put(told, process);

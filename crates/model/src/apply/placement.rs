@@ -196,8 +196,8 @@ impl<'a> Draft<'a> {
         let place = self.flat(block).place.clone();
         let wanted = match (needs_trigger, intervals.first()) {
             (true, _) => "a trigger".to_owned(),
-            (false, Some(every)) => format!("a timer for every {}", duration_text(*every)),
-            (false, None) => "a timer to be executed on".to_owned(),
+            (false, Some(every)) => format!("a {} timer", duration_text(*every)),
+            (false, None) => "a timer to run on".to_owned(),
         };
         if needs_trigger && candidates.is_empty() {
             let message = format!("'{label}' is activated without an interval, and no synchronous input drives it");

@@ -131,8 +131,8 @@ fn check_waits(plan: &Plan, installed: &InstalledPlan) -> Result<(), Refusals> {
     }
     Err(refuse(
         Class::DefinitionError,
-        format!("'{}' has {count} conditions and waits for conditions, more than {REMEMBERED_MAX}", plan.verb),
-        "let one termination condition stand for several block conditions, or divide the verb",
+        format!("'{}' has {count} conditions and awaited conditions in total, more than {REMEMBERED_MAX}", plan.verb),
+        "combine several block conditions into one termination condition, or split the verb",
     ))
 }
 

@@ -177,7 +177,7 @@ pub(crate) struct Position {
     pub stage: usize,
     /// Stage to which the running sequence leads.
     pub target: (usize, usize),
-    /// Activations that are active.
+    /// Currently active activations, as (activation, every).
     pub active: Vec<(usize, u32)>,
     /// Running time at which the current timed wait ends.
     pub wait_until_ns: Option<i64>,
@@ -259,7 +259,7 @@ pub(crate) struct Instance {
     pub name: String,
     pub plan: Arc<Plan>,
     pub installed: InstalledPlan,
-    /// Logical device whose own verb the instance is.
+    /// Logical device whose own verb this instance runs, if any.
     pub owner: Option<String>,
     /// Application from which the instance was created.
     pub origin: Option<Origin>,

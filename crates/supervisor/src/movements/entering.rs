@@ -46,7 +46,7 @@ impl Carrier<'_> {
         let names: Vec<&str> = known.filter(|b| cycle.contains(&b.id())).map(|b| b.name()).collect();
         refuse(
             Class::SynchronousCycle,
-            format!("'{verb}' cannot be put into the order of source '{source}': synchronous ports form a cycle through {}", names.join(", ")),
+            format!("'{verb}' cannot be inserted into the firing order of source '{source}': synchronous ports form a cycle through {}", names.join(", ")),
             "make one of them asynchronous with modes=",
         )
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Homing of cells: before a block that writes a cell located in another source runs, the cell is moved to the block's source.
+//! Homing of cells: before a block writes a cell that is located in another source, the cell is moved to the block's source.
 use crate::movements::carrier::Carrier;
 use crate::movements::sequence::{CarriedCell, Movement, Object};
 use crate::wiring::connect::crossings;

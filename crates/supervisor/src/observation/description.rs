@@ -68,7 +68,7 @@ pub struct InstanceAbout {
     pub inputs: IndexMap<String, Option<Value>>,
     /// Names of the output values.
     pub outputs: IndexSet<String>,
-    /// Logical device whose own verb the instance is.
+    /// Logical device whose own verb this instance runs, if any.
     pub owner: Option<String>,
     /// Number of starts.
     pub starts: u64,

@@ -25,7 +25,7 @@ pub struct InstalledInstance {
     pub list: String,
     /// Index of the current wait in the list.
     pub stage: usize,
-    /// Logical device whose own verb the instance is.
+    /// Logical device whose own verb this instance runs, if any.
     pub owner: Option<String>,
     /// Number of starts.
     pub starts: u64,

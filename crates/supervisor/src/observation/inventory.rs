@@ -137,8 +137,8 @@ impl System {
         let none = || {
             refuse(
                 Class::InvalidState,
-                format!("device '{device}' has no shape: its driver is '{}'", driver.0),
-                "name a device whose machine is simulated from a model",
+                format!("device '{device}' has no geometry: its driver '{}' provides none", driver.0),
+                "name a device that is simulated from a model",
             )
         };
         let mut geometry = found.ok_or_else(none)?;

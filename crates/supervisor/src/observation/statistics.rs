@@ -136,7 +136,7 @@ pub struct InstanceStatistics {
     pub state: InstanceState,
     /// Command list that is running or was the last to run.
     pub list: String,
-    /// Logical device whose own verb the instance is.
+    /// Logical device whose own verb this instance runs, if any.
     pub owner: Option<String>,
     /// Running time since the start, excluding suspensions, s.
     pub running_s: f64,

@@ -49,7 +49,11 @@ class SimulatedArm(JointArm):
         self._efforts = np.abs(self._model.actuator_ctrlrange[: len(self.q)]).max(axis=1)
         self._site: int = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SITE, "tool")
         if min(self._site, mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_SENSOR, "tool_force")) < 0:
-            refuse(CallError, f"model '{arm}' lacks site 'tool' or sensor 'tool_force'", "add both, which form its force sensor")
+            refuse(
+                CallError,
+                f"model '{arm}' lacks site 'tool' or sensor 'tool_force'",
+                "add both; together they form the force sensor of the tool",
+            )
         self._sensed = self.sensor("tool_force")
         self._steps = max(1, round(CYCLE / self._model.opt.timestep))
         self._before = np.array(self.q)

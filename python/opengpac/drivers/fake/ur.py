@@ -127,7 +127,7 @@ class ur:
         Raises `CallError` if the sensor does not exist."""
         arm = self.arm
         if not isinstance(arm, SimulatedArm):
-            refuse(CallError, f"an arm without a model does not have sensor '{name}'", "add one: fake.ur(model='ur5e')")
+            refuse(CallError, f"this emulated arm has no model, and therefore no sensor '{name}'", "pass a model: fake.ur(model='ur5e')")
         at = arm.sensor(name)
         return self.do(lambda: arm.reading(at))
 

@@ -104,7 +104,7 @@ def _refuse_still(source: Source) -> NoReturn:
     """Refuses a file without a joint that a motor could move, and gives the reason for each joint."""
     joints = source.root.findall("joint")
     if not joints:
-        source.refuse(source.root, "the robot has no joint", "add a revolute, continuous or prismatic joint")
+        source.refuse(source.root, "the robot has no joints", "add a revolute, continuous or prismatic joint")
     ranges = [note for note in source.notes if "is fixed there" in note]
     kinds = {"fixed": "is fixed", "floating": "is floating", "planar": "is planar"}
     named = (f"'{joint.get('name')}' {kinds.get(joint.get('type', ''), 'follows another joint or is passive')}" for joint in joints)

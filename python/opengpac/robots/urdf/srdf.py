@@ -198,7 +198,7 @@ class _Reading:
         except ValueError:
             value = float("inf")
         if ANGLE.broken_by([value]) or value != value:
-            self.source.refuse(member, f"the value of {of} must be a number, not '{text[:60]}'", "write a number, rad or m")
+            self.source.refuse(member, f"the value of {of} must be a number, not '{text[:60]}'", "write a number in rad or m")
         return value
 
     def _pair(self, element: ElementTree.Element) -> tuple[str, str] | None:

@@ -199,7 +199,10 @@ export class Scope {
     this.#load();
   }
 
-  /** Exports the picture; CSV and MCAP contain all values in the shown span. Throws `RefusalError`, or an `Error` with an explanation. */
+  /**
+   * Exports the picture; CSV and MCAP files contain all values in the visible span. Throws `RefusalError`, or an `Error` with an
+   * explanation.
+   */
   async export(format: Format): Promise<Blob> {
     const span = this.span;
     if (!span) throw new Error(tr("scope.nothingToExportNoValuesReceived"));

@@ -132,10 +132,7 @@ fn nothing_runs_without_a_new_value() {
 #[test]
 fn placement() {
     let signal = |command: &str| verb(&[("s", "lib.signal")], json!({"command_lists": start(&[command])}));
-    check(
-        (signal("+s 1500us"), json!({})),
-        "PlacementError: 's' needs a timer for every 1.5 ms, but there is none on 'rtp0'; create one, or change the interval",
-    );
+    check((signal("+s 1500us"), json!({})), "PlacementError: 's' needs a 1.5 ms timer, but there is none on 'rtp0'; create one, or change the interval");
     check(
         (signal("+s 1500us"), json!({"placement": {"s": "rtp0.fast"}})),
         "SchedulingError: the interval of 's' (1.5 ms) is not a whole multiple of the period of 'rtp0.fast' (1 ms); change the interval, or place it on another timer",
@@ -188,6 +185,6 @@ fn placement() {
     let refusals = apply_in(twin, signal("+s 20ms"), json!({})).unwrap_err();
     assert_eq!(
         texts(&refusals),
-        "PlacementError: 's' needs a timer for every 20 ms, but 'rtp0.slow' and 'rtp0.twin' fit equally well; choose one with .on({'s': …}) or place() at p.py:7"
+        "PlacementError: 's' needs a 20 ms timer, but 'rtp0.slow' and 'rtp0.twin' fit equally well; choose one with .on({'s': …}) or place() at p.py:7"
     );
 }

@@ -109,7 +109,7 @@ function marksOf(lo: number, hi: number, count: number): { ticks: number[]; text
   return { ticks: found, ...labelsOf(found, stepOf(lo, hi, count), ROOM) };
 }
 
-/** Returns the line whose scale has an axis in its plot. */
+/** Returns the first line in the same plot as `one`; the axis of the plot shows the scale of that line. */
 function firstOf(one: PlacedLine, lines: readonly PlacedLine[]): PlacedLine | undefined {
   return lines.find((other) => other.on.top === one.on.top);
 }
