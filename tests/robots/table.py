@@ -166,7 +166,7 @@ def limits_text(limits: list[float | None]) -> str:
     if not known:
         return "not in its file"
     low, high = f"{min(known):.3g}", f"{max(known):.3g}"
-    return (low if low == high else f"{low} to {high}") + (", of some not in its file" if len(known) < len(limits) else "")
+    return (low if low == high else f"{low} to {high}") + ("; for some joints not in its file" if len(known) < len(limits) else "")
 
 
 def page(named: list[tuple[NamedArm, dict[str, Any]]], rows: list[tuple[str, str, dict[str, Any]]]) -> str:
@@ -183,8 +183,8 @@ def page(named: list[tuple[NamedArm, dict[str, Any]]], rows: list[tuple[str, str
         "are in other Python packages.",
         "",
         "`pip install 'opengpac[robots]'` installs three of these packages: airo-models, example-robot-data and rtb-data. The remaining",
-        "packages have many dependencies that an arm does not need, so OpenGPAC uses only their files. If the package of an arm is",
-        "missing, `load` refuses the arm, and the refusal contains the command that installs the package.",
+        "packages depend on many other packages that an arm does not need, so OpenGPAC uses only their files. If the package of an arm",
+        "is missing, `load` refuses to load the arm, and the message contains the command that installs the package.",
         "",
         "`opengpac robots` lists the arms and shows which of them are installed; `opengpac robots panda` shows one arm.",
         "",
@@ -216,26 +216,26 @@ def page(named: list[tuple[NamedArm, dict[str, Any]]], rows: list[tuple[str, str
         "",
         "## Files",
         "",
-        f"The table below shows {len(rows)} files from {packages} packages of the Python registry. `gpac.robots.load(FILE)` loads each of",
-        f"them unmodified: {loaded} load, and in {arrive} of these every joint arrives. `make robots` runs the tests and writes this page",
-        "(`tests/robots`).",
+        f"The table below shows {len(rows)} files from {packages} packages of the Python registry. Each file was passed unmodified to",
+        f"`gpac.robots.load(FILE)`: {loaded} files load, and with {arrive} of these every joint arrives. `make robots` runs the tests",
+        "(`tests/robots`) and writes this page.",
         "",
         "Each file is tested in three steps:",
         "",
         "- The arm is held at its home for 2 s.",
         "- Each joint is moved by a tenth of its range and back.",
-        "- All joints are moved together, or 16 at a time if there are more, because a motion takes at most 16 joints.",
+        "- All joints are moved together. If an arm has more than 16 joints, 16 are moved at a time, because a motion takes at most 16.",
         "",
-        "All moves are made under gravity by `move_absolute` at its default speed, and towards the side without obstacles if there is",
-        "one. A joint arrives if it is within 1 mrad or 0.1 mm of its goal 1 s after the move.",
+        "The moves are made by `move_absolute` at its default speed, under gravity, and if possible to the side on which there are no",
+        "obstacles. A joint counts as arrived if it is within 1 mrad or 0.1 mm of its goal 1 s after the move.",
         "",
         "The columns of the table are:",
         "",
         "- *Notes*: the number of corrections and warnings in `arm.notes` ([files of arms](urdf.md#mjcf-files)).",
         "- *Ripple*: the distance by which a joint at rest moves within 0.5 s.",
         "- *Reversals*: the highest rate at which the effort of a motor alternated.",
-        "- The last column: the result. If contact stopped an arm, the result names the links that touched. MuJoCo replaces each mesh by",
-        "  its convex hull, so these links may touch in the simulation although the real ones do not.",
+        "- The last column: the result. If an arm was stopped by a contact, the result names the links that touched each other. MuJoCo",
+        "  replaces each mesh by its convex hull, so these links may touch in the simulation although the real links do not.",
         "",
         "The pictures show the collision shapes of URDF files, and all shapes of MJCF files.",
         "",
