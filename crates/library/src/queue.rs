@@ -9,6 +9,7 @@
 //!
 //! A change of speed ends at the boundary of two pieces: there the acceleration of the path coordinate is 0. Memory is fixed: moves that
 //! do not fit wait until others have passed.
+mod abort;
 mod append;
 mod blend;
 mod draft;
@@ -35,6 +36,8 @@ pub const SPANS_OF_MOVE: usize = 32;
 pub const WAITING_MAX: usize = 16;
 /// Kind of a row that says that no further moves come.
 pub const CLOSE: i32 = 3;
+/// Mode of a move that replaces those before it.
+pub const ABORTING: i32 = 2;
 /// Number of moves whose ends are kept.
 pub const ENDS_MAX: usize = 32;
 
@@ -47,16 +50,19 @@ pub struct QueuedMove {
     /// 0: the joints on a straight line in joint space; 1: the tool on a straight line; 2: the tool on an arc; 3: no move, and no further
     /// ones come.
     pub kind: i32,
-    /// 0: after the move before has come to rest (buffered); 1: blended with it (blending).
+    /// 0: after the move before has come to rest (buffered); 1: blended with it (blending); 2: instead of what remains of the path, which
+    /// the motion leaves as soon as it can (aborting).
     pub mode: i32,
     /// Orientation of an arc: 0 via, 1 goal, 2 path.
     pub orientation: i32,
-    /// Unit of `blend`: 0 share of the way, 1 rad (or m) of the joint that moves furthest, 2 m of the tool.
+    /// Unit of `blend`: 0 share of the way, 1 rad (or m) of the joint that moves furthest, 2 m of the tool, 3 rad of its orientation.
     pub blend_unit: i32,
     /// Radius of the blend with the move that follows; 0: none.
     pub blend: f64,
     /// Angle of an arc, rad; 0: to the goal.
     pub angle: f64,
+    /// Time from rest to rest, s; 0: as fast as the limits allow.
+    pub duration: f64,
     /// Goal of the joints, rad or m.
     pub joints: Joints,
     /// Goal of the tool, and a pose on an arc to it.
@@ -70,6 +76,17 @@ pub struct QueuedMove {
     pub angular: [f64; 3],
     /// Outputs that are switched on the way, in the order of their places.
     pub marks: [MarkWish; MARKS_OF_MOVE],
+}
+
+/// Moves that wait, and where the motion rests on its path.
+#[derive(Clone, Copy, Debug, PartialEq, Type)]
+#[repr(C)]
+pub struct QueuedMoves {
+    /// 1: the motion rests behind `until` moves, from either side (a single step).
+    pub stepping: i64,
+    pub until: i64,
+    /// The move with number k is in row k modulo 16.
+    pub rows: [QueuedMove; WAITING_MAX],
 }
 
 /// Reason why a blend is smaller than requested, or missing.
@@ -89,6 +106,8 @@ pub enum Shrunk {
     Stopped = 5,
     /// A larger blend would have left the range of a joint.
     Range = 6,
+    /// The move, or the rest of it, was replaced by a later one.
+    Aborted = 7,
 }
 
 /// End of a move.
@@ -119,6 +138,10 @@ pub struct QueueProgress {
     pub value: f64,
     /// Maximum time lost at once, s.
     pub lost: f64,
+    /// 1: the set-point is at rest.
+    pub resting: i64,
+    /// Number of completed moves at which the motion rests, as it was taken from the input.
+    pub until: i64,
     /// Outputs that were switched, and those that are on; output i is bit i - 1.
     pub switched: i64,
     pub on: i64,
@@ -139,19 +162,22 @@ pub enum Refusal {
     Singular(f64),
     /// Three poses define no arc; the value is the number of the reason.
     NoArc(i32),
+    /// The move cannot be made in its duration; the value is the minimum one, s.
+    TooShort(f64),
     /// A number of the move is not finite, or a limit is not above 0.
     Bad,
 }
 
 impl Refusal {
     /// Returns the number of the reason and its value: 1 unreachable (m), 2 limit (joint), 3 singular (fraction of the speed), 4 no arc
-    /// (the reason, as in `arc_planner`), 0 others.
+    /// (the reason, as in `arc_planner`), 5 too short a duration (the minimum one, s), 0 others.
     pub fn numbers(&self) -> (i64, f64) {
         match self {
             Refusal::Unreachable(distance) => (1, *distance),
             Refusal::Limit(joint) => (2, f64::from(*joint)),
             Refusal::Singular(part) => (3, *part),
             Refusal::NoArc(reason) => (4, f64::from(*reason)),
+            Refusal::TooShort(least_s) => (5, *least_s),
             Refusal::Full | Refusal::Bad => (0, 0.0),
         }
     }
@@ -190,6 +216,9 @@ pub struct Piece {
     /// Fraction of the move at its start and at its end.
     pub from: f64,
     pub to: f64,
+    /// Maximum acceleration of the tool, m/s² (0: none), and of each joint, for a blend that leaves the piece.
+    pub linear: f64,
+    pub joints: Joints,
 }
 
 /// The last move of the path, with which the next one may be blended.

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import time
 from collections.abc import Callable, Sequence
 from types import TracebackType
@@ -20,7 +21,7 @@ from ..errors import InvalidState, OutOfRange, refuse
 from ..robots.generators import Values
 from ..values.frames import Pose
 from ..values.numbers import number
-from ..values.quantities import span_ns
+from ..values.quantities import Quantity, span_ns
 from . import queue_rows as rows
 from .queue_rows import At
 from .queue_verb import MoveEnd, QueueReport, ends_of, move_queue, move_queue_switching, no_progress
@@ -29,9 +30,11 @@ if TYPE_CHECKING:
     from ..robots.arm import Arm
     from ..system.svvs import SVV
 
-Mode = Literal["blending", "buffered"]
+Mode = Literal["blending", "buffered", "aborting"]
 _LOOK_S = 0.002
 """Interval at which a program looks for a free place, under the monotonic clock."""
+_NEAR = 1e-9
+"""Fraction of a move within which the arm is at its end."""
 
 
 class MoveQueue:
@@ -49,11 +52,13 @@ class MoveQueue:
     `cell.override` scale it, too. None of them changes the path.
     """
 
-    def __init__(self, arm: Arm, tolerance: float = 0.002, outputs: Sequence[DigitalOutput] = ()) -> None:
+    def __init__(self, arm: Arm, tolerance: float = 0.002, outputs: Sequence[DigitalOutput] = (), rate: float = 1.0) -> None:
         self.arm = arm
         self.outputs = tuple(outputs)
         self.report: QueueReport | None = None
-        self._tolerance = tolerance
+        self._tolerance, self._rate = tolerance, rate
+        self._until: int | None = None
+        self._is_stopped = False
         self._rows = [rows.empty_row() for _ in range(rows.WAITING_MAX)]
         self._count = 0
         self._joints: Sequence[float] | None = None
@@ -67,13 +72,13 @@ class MoveQueue:
         self.svv.value = no_progress()
         if self.outputs:
             outputs = Group(f"outputs of {self.arm.name}", *self.outputs)
-            self._instance = move_queue_switching.asynch(self.arm, outputs, self.svv, self._rows, tolerance=self._tolerance)
+            self._instance = move_queue_switching.asynch(self.arm, outputs, self.svv, self._moves(), self._rate, self._tolerance)
         else:
-            self._instance = move_queue.asynch(self.arm, self.svv, self._rows, tolerance=self._tolerance)
+            self._instance = move_queue.asynch(self.arm, self.svv, self._moves(), self._rate, self._tolerance)
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        if kind is None:
+        if kind is None and not self._is_stopped:
             self.report = self._close()
             return
         instance = self._instance
@@ -112,7 +117,55 @@ class MoveQueue:
 
     @rate.setter
     def rate(self, rate: float) -> None:
-        self._running().set(rate=rate)
+        instance = self._running()
+        instance.set(rate=rate)
+        if self._until is not None:
+            self._until = None
+            instance.set(moves=rows.waiting_moves(self._moves(), {}))
+
+    @property
+    def resting(self) -> bool:
+        """True if the set-point is at rest."""
+        return bool(self.svv.value["resting"])
+
+    def step(self, moves: int = 1) -> None:
+        """Goes on to the end of the present move, or of a later one, and returns when the arm rests there; below 0 back along the path.
+
+        moves: number of boundaries between moves to reach, 1 to 16, or -1 to -16. The boundary of two moves that blend is the middle of
+        their blend. If the arm moves and is too near to the boundary, it rests as soon as it can. `rate = 1` goes on without steps.
+        """
+        count = number(moves)
+        most = rows.WAITING_MAX
+        if not isinstance(count, int) or isinstance(count, bool) or not 1 <= abs(count) <= most:
+            refuse(OutOfRange, f"'moves' is {moves!r:.80}, but its range is 1 to {most}, or -1 to -{most}", "give a number of moves")
+        instance, now = self._running(), self.svv.value
+        place = max(int(now["number"]) - 1, 0) + float(now["fraction"])
+        until = math.floor(place + _NEAR) + count if count > 0 else math.ceil(place - _NEAR) + count
+        self._until = min(max(until, 0), self._count)
+        rate = abs(self.rate) or 1.0
+        self._wait(lambda: int(self.svv.value["taken"]) >= (self._until or 0), "1 h")
+        instance.set(moves=rows.waiting_moves(self._moves(), {}))
+        instance.set(rate=rate if count > 0 else -rate)
+
+        def rests() -> bool:
+            progress = self.svv.value
+            return int(progress["until"]) == self._until and bool(progress["resting"])
+
+        self._wait(rests, "1 h")
+
+    def stop(self, category: Literal[1, 2] = 2) -> None:
+        """Brings the arm to rest on its path, as one of the categories of IEC 60204-1, and returns when it rests.
+
+        category: 2 lets the drives hold the arm there until `rate` is set; 1 switches them off then, and ends the queue. This is a stop of
+        the program; category 0 is `cell.emergency_stop(reason)`.
+        """
+        if category not in (1, 2):
+            refuse(OutOfRange, f"'category' is {category!r:.80}", "give 1 or 2; category 0 is cell.emergency_stop(reason)")
+        self.rate = 0.0
+        self._wait(lambda: self.resting, "1 h")
+        if category == 1:
+            self._is_stopped = True
+            self.arm.disable()
 
     def joints(
         self,
@@ -120,6 +173,7 @@ class MoveQueue:
         speed: Values = "30 %",
         acceleration: Values = "100 %",
         *,
+        duration: Quantity | None = None,
         blend: float | str = 0.0,
         mode: Mode = "blending",
         marks: Sequence[At] = (),
@@ -127,13 +181,17 @@ class MoveQueue:
         """Appends a move of the joints on a straight line in joint space. Returns its number.
 
         goal: rad (m), one for each joint, or some by name after a move of the joints; speed: rad/s (m/s) or a fraction of
-        `max_speed`; acceleration: rad/s² or a fraction of `max_acceleration`; blend: rad of the joint that moves furthest, or a share
-        of the way, `"20 %"`, at most half of this move and of the next; mode: `"buffered"` stops before this move, whatever the blend
-        of the one before; marks: outputs that are switched on the way, `gpac.motion.at(…)`, at most four.
+        `max_speed`; acceleration: rad/s² or a fraction of `max_acceleration`; duration: time from rest to rest, `"2 s"`, by a lower
+        speed; if it is shorter than the limits permit, `MoveRefused` names the minimum; blend: rad of the joint that moves furthest, or
+        a share of the way, `"20 %"`, at most half of this move and of the next; mode: `"buffered"` stops before this move, whatever the
+        blend of the one before, `"aborting"` replaces what remains of the path: the arm blends from its motion into this move, or rests
+        on the path first if it must, and moves that wait are dropped; marks: outputs that are switched on the way,
+        `gpac.motion.at(…)`, at most four.
         """
         arm = self.arm
         goals = rows.goals_of(arm, goal, self._joints)
         row = {
+            "duration": rows.duration_of(duration),
             "kind": rows.JOINTS, "joints": rows.padded(goals), **rows.blend_of(blend, rows.JOINTS),
             "marks": rows.marks_of(marks, self.outputs, rows.JOINTS),
             "speed": rows.padded(rows.shares_of(arm, speed, "max_speed", "rad/s", "speed")),
@@ -150,6 +208,8 @@ class MoveQueue:
         angular_speed: float | str = 1.0,
         acceleration: float | str = 1.0,
         *,
+        frame: Pose | Sequence[float] | None = None,
+        duration: Quantity | None = None,
         blend: float | str = 0.0,
         mode: Mode = "blending",
         marks: Sequence[At] = (),
@@ -157,9 +217,11 @@ class MoveQueue:
         """Appends a move of the tool along a straight line to a pose, turning it uniformly about one axis. Returns its number.
 
         pose: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration: m/s²; blend: m of the
-        tool, `"10 mm"`, or a share of the way, at most half of this move and of the next; mode and marks: those of `joints`.
+        tool, `"10 mm"`, an angle of its orientation, `"10 deg"`, or a share of the way, at most half of this move and of the next; frame:
+        the work frame of the pose, `points.frames["table"]`; duration, mode and marks: those of `joints`.
         """
-        row = {"kind": rows.LINE, "pose": rows.pose_of(pose), **rows.blend_of(blend, rows.LINE)}
+        row = {"kind": rows.LINE, "pose": rows.pose_of(pose, frame), **rows.blend_of(blend, rows.LINE)}
+        row["duration"] = rows.duration_of(duration)
         row["marks"] = rows.marks_of(marks, self.outputs, rows.LINE)
         return self._append({**row, **rows.tool_row(speed, angular_speed, acceleration)}, mode)
 
@@ -173,6 +235,8 @@ class MoveQueue:
         *,
         angle: float | str = 0.0,
         orientation: Literal["via", "goal", "path"] = "via",
+        frame: Pose | Sequence[float] | None = None,
+        duration: Quantity | None = None,
         blend: float | str = 0.0,
         mode: Mode = "blending",
         marks: Sequence[At] = (),
@@ -183,7 +247,8 @@ class MoveQueue:
         """
         turned = rows.value_of(angle, "rad", "angle", -1e-300)
         row = {
-            "kind": rows.ARC, "via": rows.pose_of(via), "pose": rows.pose_of(goal), "angle": turned,
+            "kind": rows.ARC, "via": rows.pose_of(via, frame), "pose": rows.pose_of(goal, frame), "angle": turned,
+            "duration": rows.duration_of(duration),
             "orientation": rows.orientation_of(orientation), **rows.blend_of(blend, rows.ARC),
             "marks": rows.marks_of(marks, self.outputs, rows.ARC),
         }  # fmt: skip
@@ -209,13 +274,19 @@ class MoveQueue:
         given = rows.mode_of(mode)
         self._running()
         count = self._count + 1
-        self._wait(lambda: int(self.svv.value["taken"]) >= count - rows.WAITING_MAX, "1 h")
+        if mode != "aborting":
+            # An aborting move overwrites a row of a move that it drops.
+            self._wait(lambda: int(self.svv.value["taken"]) >= count - rows.WAITING_MAX, "1 h")
         if row["kind"] in (rows.LINE, rows.ARC):
             self._joints = None
         self._rows[count % rows.WAITING_MAX] = {**rows.empty_row(), **row, "number": count, "mode": given}
-        self._running().set(moves=self._rows)
+        self._running().set(moves=rows.waiting_moves(self._moves(), {}))
         self._count = count
         return count
+
+    def _moves(self) -> rows.WaitingMoves:
+        """Returns the rows of the waiting moves, and where a single step rests."""
+        return rows.WaitingMoves(self._rows, self._until)
 
     def _close(self) -> QueueReport:
         instance = self._running()

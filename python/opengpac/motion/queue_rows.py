@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from ..values.numbers import number
 from ..values.quantities import Quantity, duration_ns
 from .arc import ORIENTATIONS
 
-MODES = {"buffered": 0, "blending": 1}
+MODES = {"buffered": 0, "blending": 1, "aborting": 2}
 """Buffer modes of PLCopen, by their numbers in the block."""
 
 JOINTS, LINE, ARC, CLOSE = range(4)
@@ -34,6 +34,9 @@ JERKS = (10.0, 50.0)
 
 MARKS_MAX = 4
 """Number of outputs that a move may switch."""
+
+_ANGLES = ("deg", "rad", "°")
+"""Ends of texts that are angles."""
 
 _NO_MARK = {"output": 0, "on": 0, "before": 0.0, "unit": 0, "ahead": 0.0}
 _POSE = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]
@@ -79,20 +82,33 @@ def marks_of(marks: Sequence[At], outputs: Sequence[DigitalOutput], kind: int) -
     return [*found, *[_NO_MARK] * (MARKS_MAX - len(found))]
 
 
+class WaitingMoves(NamedTuple):
+    """Moves of a queue that wait, the row of move k in place k modulo 16, and the number of moves behind which a single step rests."""
+
+    rows: Sequence[Mapping[str, Any]]
+    until: int | None = None
+
+
+def waiting_moves(given: WaitingMoves, objects: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the waiting moves as the value of the block's input."""
+    rows, until = given
+    return {"stepping": int(until is not None), "until": until or 0, "rows": list(rows)}
+
+
 def empty_row() -> dict[str, Any]:
     """Returns a row without a move."""
     nothing = [0.0] * JOINTS_MAX
     return {
-        "number": 0, "kind": JOINTS, "mode": 0, "orientation": 0, "blend_unit": 0, "blend": 0.0, "angle": 0.0, "joints": nothing,
-        "pose": _POSE, "via": _POSE, "speed": nothing, "acceleration": nothing, "linear": [0.0] * 3, "angular": [0.0] * 3,
-        "marks": [_NO_MARK] * MARKS_MAX,
+        "number": 0, "kind": JOINTS, "mode": 0, "orientation": 0, "blend_unit": 0, "blend": 0.0, "angle": 0.0, "duration": 0.0,
+        "joints": nothing, "pose": _POSE, "via": _POSE, "speed": nothing, "acceleration": nothing,
+        "linear": [0.0] * 3, "angular": [0.0] * 3, "marks": [_NO_MARK] * MARKS_MAX,
     }  # fmt: skip
 
 
 def mode_of(mode: str) -> int:
     """Returns the number of a buffer mode."""
     if mode not in MODES:
-        refuse(CallError, f"'mode' is {mode!r:.80}", "give 'blending' or 'buffered'")
+        refuse(CallError, f"'mode' is {mode!r:.80}", "give 'blending', 'buffered' or 'aborting'")
     return MODES[mode]
 
 
@@ -111,14 +127,27 @@ def value_of(given: Any, unit: str, what: str, least: float = 0.0) -> float:
 
 
 def blend_of(given: Any, kind: int) -> dict[str, Any]:
-    """Returns the radius of a blend and its unit: a share of the way, rad of the joint that moves furthest, or m of the tool."""
+    """Returns the radius of a blend and its unit: a share of the way, rad of the joint that moves furthest, m of the tool, or rad of its
+    orientation."""
     unit = "rad" if kind == JOINTS else "m"
     if isinstance(given, str) and given.strip().endswith("%"):
         share = value_of(given.strip()[:-1].strip() or given, "", "blend", -1e-300) / 100
         if share > 1:
             refuse(OutOfRange, f"'blend' is {given}, but its range is 0 to 100 %", "give a share of the way")
         return {"blend": share, "blend_unit": 0}
+    if kind != JOINTS and isinstance(given, str) and given.strip().endswith(_ANGLES):
+        return {"blend": value_of(given, "rad", "blend", -1e-300), "blend_unit": 3}
     return {"blend": value_of(given, unit, "blend", -1e-300), "blend_unit": 1 if kind == JOINTS else 2}
+
+
+def duration_of(given: Quantity | None) -> float:
+    """Returns the duration of a move, s; 0 if none is given."""
+    if given is None:
+        return 0.0
+    span_s = duration_ns(given, "'duration'") * 1e-9
+    if not span_s > 0:
+        refuse(OutOfRange, f"'duration' must be above 0 s, not {given}", "give a time, such as '2 s'")
+    return span_s
 
 
 def goals_of(arm: Group[Joint], goal: Any, before: Sequence[float] | None) -> list[float]:
@@ -190,9 +219,10 @@ def orientation_of(given: Any) -> int:
     return ORIENTATIONS.index(given)
 
 
-def pose_of(given: Any) -> list[float]:
-    """Returns a pose as seven numbers."""
-    return [float(x) for x in Pose.of(given)]
+def pose_of(given: Any, frame: Any = None) -> list[float]:
+    """Returns a pose, which is relative to a frame if there is one, as seven numbers."""
+    pose = Pose.of(given)
+    return [float(x) for x in (pose if frame is None else Pose.of(frame) @ pose)]
 
 
 def padded(values: Sequence[float]) -> list[float]:

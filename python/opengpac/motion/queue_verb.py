@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +21,7 @@ from ..robots.joints import Joint
 from ..system.svvs import SVV
 from .arc import _NO_ARC
 from .line import LineRefused
+from .queue_rows import WaitingMoves, waiting_moves
 from .resting import ENDS, HOLDING, RESTED, RESTING, TRANSITIONS
 
 REASONS = (
@@ -31,13 +32,14 @@ REASONS = (
     "a stop at the corner is faster",
     "the next move does not blend, or does not exist",
     "a joint would have left its range",
+    "a later move replaced it",
 )
 """Reasons for a blend of another size than requested, by their numbers in the block."""
 
 ENDS_MAX = 32
 """Number of moves whose ends are kept."""
 
-_REFUSED = ("", "unreachable", "limit", "singular", "no_arc")
+_REFUSED = ("", "unreachable", "limit", "singular", "no_arc", "duration")
 """Reasons for a refusal, by their numbers in the block."""
 
 
@@ -52,8 +54,8 @@ class MoveEnd(NamedTuple):
 class MoveRefused(LineRefused):
     """A move of a queue that the arm cannot make: nothing of it has moved, and the arm rests at the end of the moves before it.
 
-    `move` is its number in the queue, from 1, and `reason` is `unreachable`, `limit`, `singular` or `no_arc`; `joint` names the joint
-    whose range ends on the path.
+    `move` is its number in the queue, from 1, and `reason` is `unreachable`, `limit`, `singular`, `no_arc` or `duration`; `joint` names the
+    joint whose range ends on the path.
     """
 
     move: int = 0
@@ -69,6 +71,8 @@ class MoveRefused(LineRefused):
     def _cause(self) -> str:
         if self.reason == "no_arc":
             return _NO_ARC[int(self.value)]
+        if self.reason == "duration":
+            return f"within the limits it takes {self.value:.4g} s at least; give a longer duration, or raise its speed or acceleration"
         if self.reason == "limit":
             return self._limit()
         if self.reason == "unreachable":
@@ -91,7 +95,7 @@ class QueueReport(Report):
 def no_progress() -> Any:
     """Returns the progress of a queue that has not begun."""
     end = {"number": 0, "kept": 0.0, "reason": 0}
-    counts = dict.fromkeys(("number", "taken", "refused", "reason", "switched", "on"), 0)
+    counts = dict.fromkeys(("number", "taken", "refused", "reason", "switched", "on", "resting", "until"), 0)
     return {**counts, "fraction": 0.0, "value": 0.0, "lost": 0.0, "ends": [end] * ENDS_MAX}
 
 
@@ -120,7 +124,7 @@ _BOUND: dict[str, str | list[str]] = {
 _QUEUE: dict[str, Any] = {
     "cells": {"complete": ["generator.complete", "near.complete"], **HOLDING},
     "input_parameters": {
-        "moves": input("generator.moves", tunable=True),
+        "moves": input("generator.moves", tunable=True, form=waiting_moves),
         "rate": input("generator.rate", within=(-1.0, 1.0), tunable=True),
         "tolerance": "near.tolerance",
         "chain": input("generator.chain", member="arm.chain"),
@@ -158,16 +162,17 @@ def move_queue(
     arm: Group[Joint],
     progress: SVV[np.ndarray],
     /,
-    moves: Sequence[Mapping[str, Any]],
+    moves: WaitingMoves,
     rate: float = 1.0,
     tolerance: float = 0.002,
 ) -> QueueReport:
     """Moves an arm along the path of a queue of moves, which `arm.queue()` fills while it runs.
 
-    progress: an SVV of the type `queue_progress`; moves: the rows of the waiting moves, that of move k in row k modulo 16, can be set
-    while it runs; rate: fraction of the programmed speed, below 0 back along the path, can be set while it runs; tolerance of each
-    joint at the end: rad. A moving arm is braked first. It ends when the last move is completed: a row of kind 3 says that no others
-    come. A move that the arm cannot make raises `MoveRefused`, when the moves before it are completed.
+    progress: an SVV of the type `queue_progress`; moves: the waiting moves, that of move k in place k modulo 16, and the number of
+    moves behind which a single step rests, can be set while it runs; rate: fraction of the programmed speed, below 0 back along the
+    path, can be set while it runs; tolerance of each joint at the end: rad. A moving arm is braked first. It ends when the last move is
+    completed: a row of kind 3 says that no others come. A move that the arm cannot make raises `MoveRefused`, when the moves before it
+    are completed.
     """
     ...
 
@@ -189,7 +194,7 @@ def move_queue_switching(
     outputs: Group[DigitalOutput],
     progress: SVV[np.ndarray],
     /,
-    moves: Sequence[Mapping[str, Any]],
+    moves: WaitingMoves,
     rate: float = 1.0,
     tolerance: float = 0.002,
 ) -> QueueReport:

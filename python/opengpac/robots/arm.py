@@ -213,15 +213,16 @@ class Arm(Group[Joint]):
         self._carrying = carry.new_instance(self)
         self._carrying.start(payload.mass, payload.centre)
 
-    def queue(self, *, outputs: Sequence[DigitalOutput] = (), tolerance: float = 0.002) -> MoveQueue:
+    def queue(self, *, outputs: Sequence[DigitalOutput] = (), tolerance: float = 0.002, rate: float = 1.0) -> MoveQueue:
         """Returns a queue of moves, for a `with` statement: moves are appended while earlier ones run, and blend into each other.
 
-        outputs: digital outputs that moves switch at places of the path; tolerance of each joint at the end: rad. The arm follows one
-        path through all moves, at any speed.
+        outputs: digital outputs that moves switch at places of the path; tolerance of each joint at the end: rad; rate: fraction of the
+        programmed speed at the beginning, 0 to begin with `step` or a later `rate`. The arm follows one path through all moves, at any
+        speed.
         """
         from ..motion.queue import MoveQueue
 
-        return MoveQueue(self, tolerance, outputs)
+        return MoveQueue(self, tolerance, outputs, rate)
 
     def pose(self) -> Pose:
         """Returns the current pose of the tool, from one consistent snapshot of the sensed joint positions.

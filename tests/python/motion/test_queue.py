@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -259,3 +260,79 @@ def test_outputs_are_switched_at_their_places(glueing: tuple[gpac.robots.Arm, gp
         assert 0.25 <= min(on) < 0.25 + step and 0.75 - step <= max(on) < 0.75, (min(on), max(on), step)
     with arm.queue() as moves, pytest.raises(gpac.CallError, match="'glue' is not an output of this queue"):
         moves.joints(HOME, marks=[motion.at(glue)])
+
+
+def test_an_aborting_move_replaces_those_before_it(arm: gpac.robots.Arm) -> None:
+    with arm.queue() as moves:
+        moves.joints(by(0.8), speed="50 %")
+        for k in range(15):
+            moves.joints(by(0.8, -0.05 * k), speed="50 %")
+        arm.system.advance("500 ms")
+        assert moves.number == 1
+        last = moves.joints(by(-0.4, -0.3), speed="60 %", mode="aborting")
+        assert last == 17
+    assert (arm.values("commanded") == by(-0.4, -0.3)).all()
+    assert moves.report is not None
+    ends = {end.number: end.reason for end in moves.report.moves}
+    assert {ends[k] for k in range(1, 17)} == {"a later move replaced it"} and ends[17] == "as requested"
+
+
+def test_single_steps_go_from_move_to_move_and_back(arm: gpac.robots.Arm) -> None:
+    goals = [by(0.4), by(0.4, -0.4), HOME]
+    with arm.queue(rate=0) as moves:
+        for goal in goals:
+            moves.joints(goal, speed="60 %")
+        for count, goal in ((1, goals[0]), (1, goals[1]), (-1, goals[0]), (-1, HOME), (2, goals[1])):
+            moves.step(count)
+            assert moves.resting and np.allclose(arm.values("commanded"), goal, atol=1e-12), (count, moves.number)
+        with pytest.raises(gpac.OutOfRange, match="'moves' is 0, but its range is 1 to 16"):
+            moves.step(0)
+        moves.rate = 1
+    assert (arm.values("commanded") == HOME).all()
+
+
+def test_a_move_takes_its_duration(arm: gpac.robots.Arm) -> None:
+    start = arm.forward(HOME)
+    with arm.queue() as moves:
+        first = moves.linear(away((0.1, 0, 0), start), duration="2 s")
+        begun = arm.system.now
+        moves.wait(first)
+        assert 1.95 < arm.system.now - begun < 2.1
+        moves.joints(HOME, duration="1500 ms")
+        with pytest.raises(gpac.OutOfRange, match="'duration' must be above 0 s, not 0"):
+            moves.joints(HOME, duration=0)
+    least = r"move 1 of the queue: within the limits it takes 0\.\d+ s at least"
+    with pytest.raises(MoveRefused, match=least) as refused, arm.queue() as moves:
+        moves.linear(away((0.1, 0, 0), start), duration="100 ms")
+    assert refused.value.reason == "duration" and 0.3 < refused.value.value < 1.0
+
+
+def test_a_blend_is_an_angle_of_the_orientation_and_a_pose_is_in_a_work_frame(arm: gpac.robots.Arm) -> None:
+    start = arm.forward(HOME)
+    frame = gpac.Pose((0.1, -0.2, 0.05), rpy=(0, 0, "30 deg"))
+    turned = away((0.15, 0, 0), start @ gpac.Pose((0, 0, 0), rpy=(0, 0, "40 deg")))
+    goal = away((0.15, 0.15, 0), turned)
+    with arm.queue() as moves:
+        moves.linear(frame.inverse() @ turned, frame=frame, blend="10 deg")
+        moves.linear(goal)
+    assert arm.forward(arm.values("commanded")).distance(goal) < 1e-6
+    assert moves.report is not None and moves.report.moves[0].reason == "as requested"
+
+
+@pytest.mark.parametrize("category", [1, 2])
+def test_stops_of_category_1_and_2_keep_the_path(arm: gpac.robots.Arm, category: Literal[1, 2]) -> None:
+    start = arm.forward(HOME)
+    with arm.queue() as moves:
+        moves.linear(away((0, 0.2, 0), start), speed=0.3)
+        arm.system.advance("500 ms")
+        with pytest.raises(gpac.OutOfRange, match="'category' is 0"):
+            moves.stop(0)  # type: ignore[arg-type]
+        moves.stop(category)
+        place = arm.forward(arm.values("commanded"))
+        assert abs(place.position[0] - start.position[0]) < 1e-6 and 0.02 < place.position[1] - start.position[1] < 0.19
+        assert [joint.state for joint in arm] == ["disabled" if category < 2 else "moving"] * 6
+        if category == 2:
+            moves.rate = 1
+    assert (moves.report is None) == (category < 2)
+    if category == 2:
+        assert arm.forward(arm.values("commanded")).distance(away((0, 0.2, 0), start)) < 1e-6

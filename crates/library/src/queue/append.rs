@@ -9,7 +9,7 @@ use super::law::{self, OF_MOVES};
 use super::marks::{Mark, MarkWish, OUTPUTS_MAX};
 use super::shape::{CourseWish, Shape};
 use super::span::Joints;
-use super::{MoveEnd, PIECES_MAX, Piece, QueuedMove, QueuedPath, Refusal, Run, SPANS_MAX, Shrunk, Tip};
+use super::{ABORTING, MoveEnd, PIECES_MAX, Piece, QueuedMove, QueuedPath, Refusal, Run, SPANS_MAX, Shrunk, Tip};
 use crate::kinematics::course::{self, Course, Orientation};
 use crate::kinematics::pose::{Pose, length};
 use crate::profile::{JOINTS_MAX, Limits};
@@ -27,8 +27,13 @@ const UNBOUNDED: Limits = Limits { speed: f64::INFINITY, acceleration: f64::INFI
 
 impl QueuedPath {
     /// Appends a move at the end of the path, on which `run` is the present state. A refused move changes nothing.
+    ///
+    /// An aborting move first ends the path; if it is refused, the motion comes to rest there.
     pub fn append(&mut self, asked: &QueuedMove, around: &Surroundings, run: &Run) -> Result<(), Refusal> {
-        let is_blended = asked.mode == 1 && self.tip.number != 0 && self.tip.blend > 0.0;
+        if asked.mode == ABORTING {
+            self.abort(asked, around, run)?;
+        }
+        let is_blended = asked.mode != 0 && self.tip.number != 0 && self.tip.blend > 0.0;
         let Some(draft) = self.draft(asked, around, is_blended)? else {
             self.make_room_for_marks(run.sample(self).place())?;
             self.mark(asked, |_, _| 0.0);
@@ -49,9 +54,9 @@ impl QueuedPath {
     }
 
     /// Makes the shape of a move, and its limits; `None` if it goes nowhere.
-    fn draft(&mut self, asked: &QueuedMove, around: &Surroundings, is_blended: bool) -> Result<Option<Draft>, Refusal> {
+    pub(super) fn draft(&mut self, asked: &QueuedMove, around: &Surroundings, is_blended: bool) -> Result<Option<Draft>, Refusal> {
         let is_mark = |mark: &MarkWish| (0..=OUTPUTS_MAX as i32).contains(&mark.output) && mark.before >= 0.0 && are_finite(&[mark.before, mark.ahead]);
-        if !(asked.blend.is_finite() && asked.blend >= 0.0 && asked.marks.iter().all(is_mark)) {
+        if !(asked.blend.is_finite() && asked.blend >= 0.0 && asked.duration.is_finite() && asked.duration >= 0.0 && asked.marks.iter().all(is_mark)) {
             return Err(Refusal::Bad);
         }
         let norm = if is_blended { self.norm_at_end(around) } else { 1.0 };
@@ -82,9 +87,9 @@ impl QueuedPath {
         });
         let bounds = shape.bounds().scaled(length);
         shape.stretch(length);
-        let limits = law::limits(&bounds, &joints[..n], UNBOUNDED, OF_MOVES);
+        let limits = law::in_duration(length, law::limits(&bounds, &joints[..n], UNBOUNDED, OF_MOVES), asked.duration).map_err(Refusal::TooShort)?;
         let acceleration = std::array::from_fn(|i| joints[i].acceleration);
-        Ok(Some(Draft { count: 1, bounds, length, scale: 0.0, limits, speed: limits.speed, acceleration }))
+        Ok(Some(Draft { count: 1, bounds, length, scale: 0.0, limits, speed: limits.speed, acceleration, turn: 0.0 }))
     }
 
     fn draft_of_tool(&mut self, asked: &QueuedMove, around: &Surroundings, norm: f64, is_blended: bool) -> Result<Option<Draft>, Refusal> {
@@ -108,12 +113,22 @@ impl QueuedPath {
         shape.stretch(length);
         let (linear, angular) = (course.along_it(of(&asked.linear)), of(&asked.angular));
         let most = smaller(&divided(&linear, way / length), &divided(&angular, angle / length));
-        let limits = law::limits(&bounds, around.joints, most, OF_MOVES);
+        let limits = law::fastest(length, &bounds, around.joints, most);
         if limits.speed < SLOWEST * most.speed {
             return Err(Refusal::Singular(limits.speed / most.speed));
         }
+        let limits = law::in_duration(length, limits, asked.duration).map_err(Refusal::TooShort)?;
         let acceleration = std::array::from_fn(|i| around.joints.get(i).map_or(f64::INFINITY, |joint| joint.acceleration));
-        Ok(Some(Draft { count, bounds, length, scale: length / natural, limits, speed: most.speed, acceleration }))
+        Ok(Some(Draft {
+            count,
+            bounds,
+            length,
+            scale: length / natural,
+            limits,
+            speed: if asked.duration > 0.0 { limits.speed } else { most.speed },
+            acceleration,
+            turn: angle,
+        }))
     }
 
     /// Adds the marks of a move; `part` returns the fraction of the move that a distance in a unit is.
@@ -156,7 +171,7 @@ impl QueuedPath {
     /// Notes how the last move ends.
     fn close_tip(&mut self, corner: &Corner) {
         let Tip { number, blend, .. } = self.tip;
-        if number == 0 {
+        if number == 0 || self.end_of(number).reason == Shrunk::Aborted as i64 {
             return;
         }
         let (kept, reason) = if blend > 0.0 { (corner.reach / blend, corner.reason) } else { (0.0, Shrunk::No) };
@@ -181,9 +196,10 @@ impl QueuedPath {
         *self.span_mut(last) = kept;
         self.end_span = last + 1;
         (piece.length, piece.spans) = (rest, last + 1 - piece.first);
-        piece.to = 1.0 - corner.reach / self.tip.length;
+        let (to, all) = (piece.to, piece.to - piece.from);
+        piece.to -= all * corner.reach / (rest + corner.reach);
         *self.piece_mut(number) = piece;
-        let shares = [(self.tip.number, piece.to, 1.0), (asked.number, 0.0, corner.reach / draft.length)];
+        let shares = [(self.tip.number, piece.to, to), (asked.number, 0.0, corner.reach / draft.length)];
         for ((half, limits), (number, from, to)) in corner.halves.iter().zip(&corner.limits).zip(shares) {
             let first = self.end_span;
             for span in half {
@@ -191,7 +207,8 @@ impl QueuedPath {
                 *self.span_mut(end) = *span;
                 self.end_span += 1;
             }
-            self.add_piece(Piece { number, first, spans: half.len() as i64, length: corner.reach, from, to, ..with(limits) });
+            let (linear, joints) = (self.tip.linear, self.tip.acceleration);
+            self.add_piece(Piece { number, first, spans: half.len() as i64, length: corner.reach, from, to, linear, joints, ..with(limits) });
         }
         corner.reach
     }
@@ -211,7 +228,8 @@ impl QueuedPath {
             }
         }
         let (from, length) = (cut / draft.length, draft.length - cut);
-        self.add_piece(Piece { number: asked.number, first, spans: self.end_span - first, length, from, to: 1.0, ..with(&draft.limits) });
+        let (linear, joints) = (if asked.kind == 0 { 0.0 } else { asked.linear[1] }, draft.acceleration);
+        self.add_piece(Piece { number: asked.number, first, spans: self.end_span - first, length, from, to: 1.0, linear, joints, ..with(&draft.limits) });
         let last = *self.span(self.end_span - 1);
         self.end = std::array::from_fn(|i| last.points[i][5]);
         let blend = draft.reach(asked.blend, i64::from(asked.blend_unit));
@@ -222,8 +240,8 @@ impl QueuedPath {
             blend,
             scale: draft.scale,
             speed: draft.speed,
-            linear: if asked.kind == 0 { 0.0 } else { asked.linear[1] },
-            acceleration: draft.acceleration,
+            linear,
+            acceleration: joints,
         };
         *self.end_of(asked.number) = MoveEnd { number: asked.number, kept: 0.0, reason: if blend > 0.0 { Shrunk::Stopped } else { Shrunk::No } as i64 };
     }
@@ -235,7 +253,7 @@ impl QueuedPath {
     }
 
     /// Computes the speeds at the ends of all pieces from `first` on, from which the end of the path can be reached.
-    fn update_exits(&mut self, first: i64) {
+    pub(super) fn update_exits(&mut self, first: i64) {
         let mut exit = 0.0;
         for number in (first.max(self.first_piece)..self.end_piece).rev() {
             self.piece_mut(number).exit = exit;

@@ -24,15 +24,27 @@ pub(super) struct Draft {
     /// Requested maximum speed of the path coordinate.
     pub speed: f64,
     pub acceleration: Joints,
+    /// Angle by which the tool turns, rad.
+    pub turn: f64,
 }
 
 impl Draft {
     /// Returns the length in the path coordinate of a distance in a unit: 0 share of the way, 1 rad of the joint that moves furthest, 2 m
-    /// of the tool.
+    /// of the tool, 3 rad of its orientation; a move that turns less is taken half.
     pub fn reach(&self, distance: f64, unit: i64) -> f64 {
         match unit {
             0 => distance * self.length,
             1 => distance / self.bounds.of.iter().fold(0.0, |most: f64, of| most.max(of[0])),
+            3 => {
+                self.length
+                    * if distance < 0.5 * self.turn {
+                        distance / self.turn
+                    } else if distance > 0.0 {
+                        0.5
+                    } else {
+                        0.0
+                    }
+            }
             _ => distance * self.scale,
         }
     }

@@ -14,6 +14,17 @@ pub struct Shares {
 
 /// Shares of the moves, on which the speed changes.
 pub const OF_MOVES: Shares = Shares { acceleration: 0.5, jerk: 0.5 };
+/// Other shares of the moves, which suit longer, shorter and more curved ones.
+const OTHERS_OF_MOVES: [Shares; 6] = [
+    Shares { acceleration: 0.1, jerk: 0.1 },
+    Shares { acceleration: 0.25, jerk: 0.25 },
+    Shares { acceleration: 0.35, jerk: 0.35 },
+    Shares { acceleration: 0.65, jerk: 0.65 },
+    Shares { acceleration: 0.75, jerk: 0.8 },
+    Shares { acceleration: 0.9, jerk: 0.9 },
+];
+/// Speed between two blends for which the shares of a move are chosen, as a fraction of that with the usual shares.
+const BETWEEN_BLENDS: f64 = 0.5;
 /// Shares of the blends, which are mostly passed at a constant speed.
 pub const OF_BLENDS: Shares = Shares { acceleration: 0.9, jerk: 0.85 };
 /// Fraction by which a speed stays below the one computed by iteration.
@@ -39,6 +50,36 @@ pub fn limits(bounds: &Bounds, joints: &[Limits], most: Limits, shares: Shares) 
         found.jerk = found.jerk.min(rest / first);
     }
     found
+}
+
+/// Returns limits of the path coordinate with which a piece is passed fastest, both from rest to rest and between blends.
+pub fn fastest(length: f64, bounds: &Bounds, joints: &[Limits], most: Limits) -> Limits {
+    let mut best = limits(bounds, joints, most, OF_MOVES);
+    let blended = BETWEEN_BLENDS * best.speed;
+    let both_s = |limits: Limits| time_s(length, 0.0, 0.0, limits) + time_s(length, blended, blended.min(limits.speed), limits);
+    let mut least_s = both_s(best);
+    for shares in OTHERS_OF_MOVES {
+        let found = limits(bounds, joints, most, shares);
+        let span_s = both_s(found);
+        if span_s < least_s {
+            (best, least_s) = (found, span_s);
+        }
+    }
+    best
+}
+
+/// Returns limits with which a length takes a duration from rest to rest, by a lower speed; 0: those given. The error is the minimum
+/// duration, s.
+pub fn in_duration(length: f64, limits: Limits, duration_s: f64) -> Result<Limits, f64> {
+    if duration_s == 0.0 {
+        return Ok(limits);
+    }
+    let least_s = time_s(length, 0.0, 0.0, limits);
+    if duration_s < least_s * (1.0 - 1e-9) {
+        return Err(least_s);
+    }
+    let speed = Profile::to_in(State::default(), length, limits, duration_s).at(duration_s / 2.0).velocity;
+    Ok(Limits { speed: speed.min(limits.speed), ..limits })
 }
 
 /// Returns the maximum speed from which, without acceleration, a motion can come down (or up) to the speed `end` within `length`.

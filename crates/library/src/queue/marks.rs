@@ -87,7 +87,7 @@ impl QueuedPath {
         outputs
     }
 
-    fn mark_of(&self, number: i64) -> &Mark {
+    pub(super) fn mark_of(&self, number: i64) -> &Mark {
         &self.marks[number.rem_euclid(MARKS_MAX as i64) as usize]
     }
 }

@@ -4,6 +4,7 @@
 //! On each piece a motion is planned from the present state to the boundary ahead, where its acceleration is 0, and followed until
 //! something changes. The speed at the boundary is one from which the end of the path can be reached, so a plan that was made can always
 //! be followed; a new one replaces it only if it can be met.
+use super::law;
 use super::span::Joints;
 use super::{Piece, QueuedPath};
 use crate::online::{Profile, State};
@@ -29,12 +30,29 @@ pub struct Run {
     length: f64,
     /// True if something has changed since.
     is_stale: bool,
+    /// Number of completed moves at which the motion rests, from either side.
+    until: i64,
 }
+
+/// A number of completed moves that is never reached.
+pub const ENDLESS: i64 = i64::MAX;
 
 impl Default for Run {
     fn default() -> Run {
         let (direction, share, time_s, length) = (1.0, 0.0, 0.0, 0.0);
-        Run { piece: 0, s: 0.0, velocity: 0.0, acceleration: 0.0, direction, share, leg: Profile::beginning(State::default()), time_s, length, is_stale: true }
+        Run {
+            piece: 0,
+            s: 0.0,
+            velocity: 0.0,
+            acceleration: 0.0,
+            direction,
+            share,
+            leg: Profile::beginning(State::default()),
+            time_s,
+            length,
+            is_stale: true,
+            until: ENDLESS,
+        }
     }
 }
 
@@ -72,6 +90,12 @@ impl Run {
     /// Notes that the path has changed.
     pub fn renew(&mut self) {
         self.is_stale = true;
+    }
+
+    /// Lets the motion rest at the boundary behind this number of moves.
+    pub fn rest_behind(&mut self, until: i64) {
+        self.is_stale |= until != self.until;
+        self.until = until;
     }
 
     /// Returns the state of the path coordinate on its piece.
@@ -121,12 +145,29 @@ impl Run {
     fn enter_next(&mut self, path: &QueuedPath) -> bool {
         let is_there = self.leg.end() == self.length && self.length == path.piece(self.piece).length;
         let next = self.piece + if self.direction > 0.0 { 1 } else { -1 };
-        if !is_there || !(path.first_piece..path.end_piece).contains(&next) || (self.velocity == 0.0 && self.share == 0.0) {
+        if !is_there || !(path.first_piece..path.end_piece).contains(&next) {
+            return false;
+        }
+        let is_until = (path.piece(self.piece).number <= self.until) != (path.piece(next).number <= self.until);
+        if self.velocity == 0.0 && (self.share == 0.0 || is_until) {
             return false;
         }
         self.piece = next;
         self.s = if self.direction > 0.0 { 0.0 } else { path.piece(next).length };
         true
+    }
+
+    /// Returns true if the motion can follow the path as it is now.
+    pub(super) fn can_follow(&self, path: &QueuedPath) -> bool {
+        let piece = path.piece(self.piece);
+        let keeps = self.length == piece.length && self.leg.end() == piece.length && self.leg.end_velocity() <= piece.exit;
+        keeps || self.direction < 0.0 || Profile::passing(self.state(), piece.length, 0.0, piece.exit, piece.limits()).is_some()
+    }
+
+    /// Returns where the motion comes to rest if it does so as soon as possible.
+    pub(super) fn resting(mut self, path: &QueuedPath) -> (i64, f64) {
+        self.advance(path, f64::INFINITY, 0.0);
+        (self.piece, self.s)
     }
 
     /// Plans the motion to the boundary ahead, or keeps the present one if a new one could not be met.
@@ -143,17 +184,55 @@ impl Run {
     fn leg_from(&self, state: State, piece: &Piece, path: &QueuedPath) -> Option<Profile> {
         let forward = self.direction > 0.0;
         let bound = if forward { piece.exit } else { piece.entry };
-        if self.share == 0.0 {
-            if self.is_at_rest() {
-                return Some(Profile::beginning(state));
-            }
-            let stop = Profile::stop(state, piece.limits());
-            return if stop.end() <= piece.length { Some(stop) } else { Profile::passing(state, piece.length, 0.0, bound, piece.limits()) };
+        let most = self.most_before_until(path, bound);
+        if self.share == 0.0 || most.is_none() {
+            return self.leg_to_rest(state, piece, bound);
         }
         let next = self.piece + if forward { 1 } else { -1 };
         let ahead = if (path.first_piece..path.end_piece).contains(&next) { path.piece(next).speed } else { f64::INFINITY };
         let limits = Limits { speed: self.share * piece.speed, ..piece.limits() };
-        Profile::passing(state, piece.length, self.share * piece.speed.min(ahead), bound, limits)
+        let leg = Profile::passing(state, piece.length, self.share * piece.speed.min(ahead), most.unwrap_or(bound), limits);
+        // Too near to the boundary behind which it rests, it rests as soon as it can.
+        if leg.is_none() && self.until != ENDLESS { self.leg_to_rest(state, piece, bound) } else { leg }
+    }
+
+    /// Returns the motion that comes to rest as soon as possible, on this piece or beyond it.
+    fn leg_to_rest(&self, state: State, piece: &Piece, bound: f64) -> Option<Profile> {
+        if self.is_at_rest() {
+            return Some(Profile::beginning(state));
+        }
+        let stop = Profile::stop(state, piece.limits());
+        if stop.end() <= piece.length { Some(stop) } else { Profile::passing(state, piece.length, 0.0, bound, piece.limits()) }
+    }
+
+    /// Returns the maximum speed at the boundary ahead, which is at most `bound`, from which the motion can rest where `until` says; `None`
+    /// if it is beyond that.
+    fn most_before_until(&self, path: &QueuedPath, bound: f64) -> Option<f64> {
+        if self.until == ENDLESS {
+            return Some(bound);
+        }
+        let forward = self.direction > 0.0;
+        let is_before = |piece: i64| (path.piece(piece).number <= self.until) == forward;
+        if !is_before(self.piece) {
+            return None;
+        }
+        let ahead = if forward { 1 } else { -1 };
+        let mut last = self.piece;
+        while is_before(last) {
+            if !(path.first_piece..path.end_piece).contains(&(last + ahead)) {
+                return Some(bound);
+            }
+            last += ahead;
+        }
+        let mut speed: f64 = 0.0;
+        last -= ahead;
+        while last != self.piece {
+            let (piece, before) = (path.piece(last), path.piece(last - ahead));
+            let is_corner = if forward { before.stops } else { piece.stops } != 0;
+            speed = if is_corner { 0.0 } else { law::reach(speed, piece.length, piece.limits()).min(piece.speed).min(before.speed) };
+            last -= ahead;
+        }
+        Some(speed.min(bound))
     }
 
     /// Returns the set-points at the present place.

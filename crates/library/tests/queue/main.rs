@@ -4,6 +4,7 @@
 //! `OPENGPAC_QUEUES_FROM=seed` others.
 mod programs;
 mod random;
+mod steps;
 mod travel;
 
 use library::kinematics::pose::Pose;

@@ -3,7 +3,8 @@ use crate::kinematics::chain::Chain;
 use crate::kinematics::inverse::Ranges;
 use crate::pace;
 use crate::profile::Limits;
-use crate::queue::{CLOSE, QueueProgress, QueuedMove, QueuedPath, Refusal, Run, Surroundings, WAITING_MAX};
+use crate::queue::run::ENDLESS;
+use crate::queue::{ABORTING, CLOSE, QueueProgress, QueuedMoves, QueuedPath, Refusal, Run, Surroundings, WAITING_MAX};
 use crate::span::Span;
 use crate::takeover::Brake;
 use opengpac::{Condition, ConditionOf, FunctionBlock, InPlaceMut, Invocation, Outcome, Step, Type};
@@ -23,7 +24,8 @@ const BAD_LIMIT: u32 = 3;
 /// position on the path is the state, not a time. A move that the arm cannot make is refused before anything of it moves; the moves
 /// before it are completed, then `refused` is reported. `complete` is true at rest at the end, once a move of kind 3 has been taken,
 /// which says that no others come. If joints move at the start, they are braked first, each on its own. Time lost because releases were skipped is not made up
-/// for; if more than `gap_max` was lost at once, the motion comes to rest on its path and reports `gap`. The path holds some 40 lines of
+/// for; if more than `gap_max` was lost at once, the motion comes to rest on its path and reports `gap`. A move with a mode of 2 replaces those before it: the motion blends
+/// into it if it can, or comes to rest on the path first. The path holds some 40 lines of
 /// the joints or 16 of the tool ahead; further moves wait. Faults: 1 the chain is not one for n joints; 2 a number of a move is not
 /// valid; 3 a limit is not above 0, or an override is not within 0 and 1.
 #[derive(FunctionBlock)]
@@ -49,9 +51,9 @@ pub struct QueueGenerator {
     /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
     #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
     braking: [[f64; 4]; 16],
-    /// moves that wait: that with number k is in row k modulo 16
+    /// moves that wait, that with number k in row k modulo 16, and the number of moves behind which a single step rests
     #[input(asynchronous)]
-    moves: [QueuedMove; WAITING_MAX],
+    moves: QueuedMoves,
     /// fraction of the programmed speed; below 0 back along the path
     #[input(asynchronous, default = 1.0, range = "[-1, 1]")]
     rate: f64,
@@ -165,7 +167,10 @@ impl Step for QueueGenerator {
             return Outcome::Fault(code);
         }
         self.way.is_lost |= pace::note_lost(passed, &self.gap_max[..n], &mut self.progress.lost);
-        let rate = if self.holding || self.way.is_lost { 0.0 } else { self.rate.clamp(-1.0, 1.0) * allowed };
+        // An aborting move waits until a motion back along the path rests.
+        let turns = self.way.run.direction < 0.0 && self.aborting().is_some();
+        self.way.run.rest_behind(if self.moves.stepping == 0 { ENDLESS } else { self.moves.until });
+        let rate = if self.holding || self.way.is_lost || turns { 0.0 } else { self.rate.clamp(-1.0, 1.0) * allowed };
         self.way.run.advance(&self.path, passed.cycle_s(), rate);
         self.store(invocation);
         self.report();
@@ -176,8 +181,12 @@ impl Step for QueueGenerator {
 impl QueueGenerator {
     /// Appends the next waiting move, if there is one and it has room; the error is the code of a fault.
     fn take_one(&mut self, n: usize) -> Result<(), u32> {
+        if let Some(number) = self.aborting().filter(|_| self.progress.refused == 0) {
+            (self.progress.taken + 1..number).for_each(|skipped| self.path.note_aborted(skipped));
+            self.progress.taken = number - 1;
+        }
         let number = self.progress.taken + 1;
-        let next = self.moves[number.rem_euclid(WAITING_MAX as i64) as usize];
+        let next = self.moves.rows[number.rem_euclid(WAITING_MAX as i64) as usize];
         if next.number != number || self.progress.refused != 0 {
             return Ok(());
         }
@@ -216,6 +225,13 @@ impl QueueGenerator {
         (self.target, self.progress.ends) = (self.path.end, self.path.ends);
         let outputs = self.path.outputs(&now);
         (self.progress.switched, self.progress.on) = (outputs.switched, outputs.on);
+        (self.progress.resting, self.progress.until) = (i64::from(self.way.run.is_at_rest()), self.moves.until);
+    }
+
+    /// Returns the number of the last waiting move that replaces those before it.
+    fn aborting(&self) -> Option<i64> {
+        let waiting = self.moves.rows.iter().filter(|row| row.number > self.progress.taken && row.mode == ABORTING && row.kind != CLOSE);
+        waiting.map(|row| row.number).max()
     }
 
     fn report(&mut self) {
