@@ -911,7 +911,7 @@ export interface InstalledInstance {
   list: string;
   /** Index of the current wait in the list. */
   stage: number;
-  /** Logical device whose own verb the instance is. */
+  /** Logical device whose own verb this instance runs, if any. */
   owner: string | null;
   /** Number of starts. */
   starts: number;
@@ -994,7 +994,7 @@ export interface InstanceAbout {
   inputs: { [name: string]: Value | null };
   /** Names of the output values. */
   outputs: string[];
-  /** Logical device whose own verb the instance is. */
+  /** Logical device whose own verb this instance runs, if any. */
   owner: string | null;
   /** Number of starts. */
   starts: number;
@@ -1015,7 +1015,7 @@ export interface InstanceStatistics {
   state: InstanceState;
   /** Command list that is running or was the last to run. */
   list: string;
-  /** Logical device whose own verb the instance is. */
+  /** Logical device whose own verb this instance runs, if any. */
   owner: string | null;
   /** Running time since the start, excluding suspensions, s. */
   running_s: number;
@@ -1310,7 +1310,10 @@ export interface PlannedActivation {
   budget_ns: number | null;
   /** True if the interval may be changed while it is active. */
   tunable: boolean;
-  /** Rates in the command lists in which it is active (list index, rate), for the relations of later instances. */
+  /**
+   * Rates at which it is active, as (index of the command list, rate). They determine how inputs of later instances relate to its
+   * outputs.
+   */
   rates: [number, Rate][];
 }
 
@@ -1654,7 +1657,7 @@ export interface Reading {
   time_ns: number;
 }
 
-/** State of a recording at a time. */
+/** State of a recording at a given time. */
 export interface RecordedAt {
   /** Most recently stored values; null if there was none yet. */
   values: { [name: string]: Reading | null };
@@ -1794,7 +1797,7 @@ export interface RecordingSummary {
   running: boolean;
   /** Number of written messages by channel; while the recording is in progress, only those in complete chunks. */
   counts: { [name: string]: number };
-  /** Number of messages by channel that could not be written; channels without losses are omitted. */
+  /** Number of messages that could not be written, by channel; channels without losses are omitted. */
   lost: { [name: string]: number };
   /** Total size of the existing files, bytes. */
   bytes: number;

@@ -190,7 +190,7 @@ def test_a_frame_that_points_are_of_stays(ur5e: Arm, tmp_path: Path) -> None:
         (gpac.UnknownName, "did you mean 'table'", lambda: points.teach("p", frame="tabel")),
         (gpac.UnknownName, "is not in '", lambda: points.teach("p", frame="world", tool="gripper")),
         (gpac.CallError, "a tool but no frame", lambda: points.teach("p", tool="pen")),
-        (gpac.CallError, "the name of a frame", lambda: points.frames.__setitem__("world", gpac.Pose())),
+        (gpac.CallError, "a frame cannot be named", lambda: points.frames.__setitem__("world", gpac.Pose())),
         (gpac.ValueRefused, "is a pose in 'table'", lambda: points.edit("pick", {"elbow": 1.0})),
         (gpac.CallError, "requires the geometry of its arm", lambda: gpac.Points(points.path)["pick"].pose),
     ]
