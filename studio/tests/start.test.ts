@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // The first minutes with a page: an arm without a line of program, suggestions, help, keys.
+import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { Commander } from "./commander";
-import { axeFindings, browse, command, goTo, LOOKS, type Opened, open, type Running, run, shoot, show, standsStill } from "./running";
+import { axeFindings, browse, command, goTo, LOOKS, type Opened, open, ROOT, type Running, run, shoot, show, standsStill } from "./running";
 
 let running: Running;
 let browser: Browser;
@@ -104,12 +105,26 @@ test("what is offered works: a joint is jogged, and the arm moves to a position"
   expect(await watch.value("ur5e.wrist_3.sensed")).toBeCloseTo(-0.349, 2);
 });
 
+/** Returns the beginning of the first paragraph of a section of docs/studio.md, up to its first mark. */
+function opening(section: string): string {
+  const [, text] = readFileSync(join(ROOT, "docs/studio.md"), "utf8").split(`\n## ${section}\n`);
+  const words =
+    /^[\w*][^`,(]{20,}/m
+      .exec(text ?? "")?.[0]
+      .replaceAll(/\*\w+\*/g, "")
+      .replaceAll("\n", " ")
+      .trim() ?? "";
+  expect(words.length, `the opening of '${section}'`).toBeGreaterThan(20);
+  return words;
+}
+
 test("help says what the docs say of each view, and ? lists the keys", async () => {
   const { page, errors } = studio;
-  for (const [view, says] of [
-    ["Scope", "Every value that is stored is either on the screen or counted as lost"],
-    ["Data flow", "draws the blocks of all instances"],
+  for (const [view, section] of [
+    ["Scope", "The scope"],
+    ["Data flow", "Data flow, and the editor"],
   ] as const) {
+    const says = opening(section);
     await goTo(page, view);
     await page.getByRole("button", { name: "Help", exact: true }).click();
     const help = page.getByRole("dialog", { name: `Help: ${view}` });
