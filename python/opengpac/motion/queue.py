@@ -121,7 +121,7 @@ class MoveQueue:
         instance.set(rate=rate)
         if self._until is not None:
             self._until = None
-            instance.set(moves=rows.waiting_moves(self._moves(), {}))
+            self._send()
 
     @property
     def resting(self) -> bool:
@@ -144,7 +144,7 @@ class MoveQueue:
         self._until = min(max(until, 0), self._count)
         rate = abs(self.rate) or 1.0
         self._wait(lambda: int(self.svv.value["taken"]) >= (self._until or 0), "1 h")
-        instance.set(moves=rows.waiting_moves(self._moves(), {}))
+        self._send()
         instance.set(rate=rate if count > 0 else -rate)
 
         def rests() -> bool:
@@ -280,9 +280,13 @@ class MoveQueue:
         if row["kind"] in (rows.LINE, rows.ARC):
             self._joints = None
         self._rows[count % rows.WAITING_MAX] = {**rows.empty_row(), **row, "number": count, "mode": given}
-        self._running().set(moves=rows.waiting_moves(self._moves(), {}))
+        self._send()
         self._count = count
         return count
+
+    def _send(self) -> None:
+        """Sends the waiting moves, and where a single step rests, to the real-time system."""
+        self._running().set(moves=rows.waiting_moves(self._moves(), {}))
 
     def _moves(self) -> rows.WaitingMoves:
         """Returns the rows of the waiting moves, and where a single step rests."""

@@ -35,16 +35,8 @@ impl Draft {
         match unit {
             0 => distance * self.length,
             1 => distance / self.bounds.of.iter().fold(0.0, |most: f64, of| most.max(of[0])),
-            3 => {
-                self.length
-                    * if distance < 0.5 * self.turn {
-                        distance / self.turn
-                    } else if distance > 0.0 {
-                        0.5
-                    } else {
-                        0.0
-                    }
-            }
+            3 if distance > 0.0 => self.length * (distance / self.turn).min(0.5),
+            3 => 0.0,
             _ => distance * self.scale,
         }
     }
