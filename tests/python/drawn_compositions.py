@@ -311,9 +311,7 @@ class Trial:
                 # The composition had ended before, or in the same firing.
                 counted.clear()
             assert not counted or vi.report.condition in expected, (where, vi.report, vi.report.way)
-            if how != "stop_input":
-                # The last transition is missing if the kernel made it in the firing that read the input.
-                self._shown(vi.report, where)
+            self._shown(vi.report, where)
             vi.delete()
         for _ in range(2):
             cell.advance("20 ms")

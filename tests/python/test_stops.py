@@ -122,6 +122,27 @@ def test_parts_that_run_until_all_have_ended_end_what_runs_beside_them(rig: Rig)
     assert report.condition == "completed" and 8 <= svvs["y2"].value <= 11
 
 
+def test_a_transition_in_the_firing_that_reads_the_emergency_input_is_part_of_the_way(rig: Rig) -> None:
+    """The kernel makes a transition each millisecond; the supervisor hears of the input first, and takes the process from its new list."""
+    svvs, slides = of_svvs(rig, 1), Slides(rig)
+    verb = rig.counting(
+        "alternating",
+        command_lists={"one": [activate("count", every="1 ms")], "two": [activate("count", every="1 ms")]}, initial="one",
+        conditions={"enough": on("count.enough")},
+        transitions={("one", "enough"): "two", ("two", "enough"): "one"},
+    ).on(rig.fast)  # fmt: skip
+    vi = verb.asynch(svvs["y0"], limit=1)
+    rig.cell.advance("3.5 ms")
+    slides.press()
+    report = vi.report
+    assert report is not None
+    assert report.condition == "emergency_stop"
+    lists = [*(passed.command_list for passed in report.way), report.command_list]
+    assert lists == [("one", "two")[number % 2] for number in range(len(lists))]
+    assert svvs["y0"].value == len(report.way), "each invocation has led to the other list"
+    assert [passed.time for passed in report.way] == sorted(passed.time for passed in report.way)
+
+
 # ---- random compositions ----
 
 

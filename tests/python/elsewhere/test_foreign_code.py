@@ -100,7 +100,7 @@ def test_a_process_of_its_own_contains_the_same(afar: Afar, fails: str, name: st
 def test_a_process_whose_block_cannot_be_ended_ends_itself(afar: Afar, fails: str, name: str) -> None:
     near, process = afar.cell.svv("near"), afar.process()
     afar.counting().on(afar.here).asynch(near)
-    with pytest.raises(gpac.Terminated, match=r"has ended itself.*it ran block 'bad' of 'failing#1'") as caught:
+    with pytest.raises(gpac.Terminated, match=r"has ended itself.*it was running block 'bad' of 'failing#1'") as caught:
         failing(afar.cell.download(fails)[name]).on(afar.there)(afar.cell.svv("y"), time_limit="60 s")
     assert caught.value.condition == "processor_lost"
     afar.goes_on(near)

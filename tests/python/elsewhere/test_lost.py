@@ -105,7 +105,7 @@ def test_the_message_names_the_block_that_ran(afar: Afar) -> None:
 
 
 def test_a_process_whose_timer_does_not_fire_is_ended_and_the_message_says_which_timer(afar: Afar) -> None:
-    why = r"stood still for 0\.5 s.*: timer 'rtp1\.fast' no longer fired; it ran block 'bad'"
+    why = r"stood still for 0\.5 s.*: timer 'rtp1\.fast' no longer fired; it was running block 'bad'"
     with pytest.raises(gpac.Terminated, match=why) as caught:
         afar.failing("endings.stays", budget="1000 s").on(afar.there)(afar.cell.svv("y"), time_limit="60 s")
     assert caught.value.condition == "processor_lost"

@@ -126,7 +126,7 @@ def test_the_message_of_each_names_the_block_that_ran(sharing: Sharing) -> None:
     until(lambda: processor_time_s(process) > before + 0.5, "it is in the invocation that does not return")
     sharing.end()
     for instance in (stays, beside):
-        with pytest.raises(gpac.Terminated, match=r"SIGKILL.*it ran block '") as caught:
+        with pytest.raises(gpac.Terminated, match=r"SIGKILL.*it was running block '") as caught:
             instance.wait()
         assert caught.value.condition == "processor_lost"
     assert "block 'bad'" in next(entry["text"] for entry in sharing.log("processor_lost") if entry["about"] == "rtp1.fast")
@@ -142,9 +142,9 @@ def test_an_abort_in_one_is_told_of_the_other_with_its_block(sharing: Sharing) -
         command_lists={"start": [activate("gain")]},
     )
     waiting = waits.on(idle).asynch(sharing.cell.svv("never"), sharing.cell.svv("out"))
-    with pytest.raises(gpac.Terminated, match=r"SIGABRT.*it ran block 'bad' of 'failing_aborts#1'"):
+    with pytest.raises(gpac.Terminated, match=r"SIGABRT.*it was running block 'bad' of 'failing_aborts#1'"):
         sharing.failing("endings.aborts").on(sharing.there)(sharing.cell.svv("y"), time_limit="60 s")
-    with pytest.raises(gpac.Terminated, match=r"'rtp2' was lost with process 'cell-a'.*SIGABRT.*it ran block 'bad' of 'failing_aborts#1'"):
+    with pytest.raises(gpac.Terminated, match=r"'rtp2' was lost with process 'cell-a'.*SIGABRT.*it was running block 'bad' of 'failing_a"):
         waiting.wait()
 
 

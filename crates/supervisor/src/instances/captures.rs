@@ -44,12 +44,14 @@ impl Captures {
     }
 
     /// Stores the bytes of pieces that were captured consecutively.
-    pub fn take(&mut self, of: &InstalledVerb, pieces: &[Piece], mut bytes: &[u8]) {
-        for &piece in pieces {
-            let Some((part, rest)) = bytes.split_at_checked(of.piece_len(piece)) else { return };
-            self.taken.push((piece, part.to_vec()));
-            bytes = rest;
-        }
+    pub fn take(&mut self, of: &InstalledVerb, pieces: &[Piece], bytes: &[u8]) {
+        self.taken.extend(pieces_in(of, pieces, bytes).map(|(piece, part)| (piece, part.to_vec())));
+    }
+
+    /// Stores the bytes of pieces that were captured consecutively, but only for the given outputs.
+    pub fn take_of(&mut self, of: &InstalledVerb, pieces: &[Piece], bytes: &[u8], outputs: &[usize]) {
+        let wanted = pieces_in(of, pieces, bytes).filter(|((output, _), _)| outputs.contains(output));
+        self.taken.extend(wanted.map(|(piece, part)| (piece, part.to_vec())));
     }
 
     /// Stores the values that the running scripts have captured in each source; no scripts are running afterwards.
@@ -70,4 +72,13 @@ impl Captures {
     fn bytes(&self, of: Piece) -> Option<&[u8]> {
         self.taken.iter().find(|(piece, _)| *piece == of).map(|(_, bytes)| bytes.as_slice())
     }
+}
+
+/// Splits bytes that were captured consecutively into the pieces; ends at the first piece that is not whole.
+fn pieces_in<'a>(of: &InstalledVerb, pieces: &[Piece], mut bytes: &'a [u8]) -> impl Iterator<Item = (Piece, &'a [u8])> {
+    pieces.iter().map_while(move |&piece| {
+        let (part, rest) = bytes.split_at_checked(of.piece_len(piece))?;
+        bytes = rest;
+        Some((piece, part))
+    })
 }

@@ -117,7 +117,7 @@ impl Core {
             }
             Event::Gone { source, block, message, .. } => {
                 let culprit = block.and_then(|block| self.instances.culprit(block));
-                let ran = culprit.map(|(of, index)| format!("; it ran block '{}' of '{}'", of.plan.blocks[index].label, of.name));
+                let ran = culprit.map(|(of, index)| format!("; it was running block '{}' of '{}'", of.plan.blocks[index].label, of.name));
                 let why = format!("{message}{}", ran.unwrap_or_default());
                 let why = self.remote.loss_of(self.registry.source_name(source), &why);
                 processor_lost(self, source, &why);
@@ -160,9 +160,15 @@ impl Core {
         let message = if told.fault.is_some() { text } else { gap_message(&self.instances[&id], &self.registry, block, told.item, value.as_ref()) };
         let cause = Cause { condition: told.condition, block: block.map(|_| label.clone()), value, message, time_ns: told.time_ns, asked_for: false };
         if !acts {
+            let led_to = told.stage.filter(|_| runs && told.acted && !told.ended).map(|stage| self.instances[&id].list_stage(stage));
             // The process was frozen after the kernel had entered the ending list, so it is in that list.
             if runs && told.acted && told.stage.is_some_and(|stage| self.instances[&id].is_ending_unnoticed(stage)) {
                 self.course(id).concluded_by_kernel(told.source, cause, &told.captured);
+            } else if let Some((list, 0)) = led_to
+                && cause.condition < self.instances[&id].plan.conditions.len()
+                && self.course(id).led_on_before_take(told.source, told.generation, list, &cause, &told.captured)
+            {
+                alarm_of_condition(self, id, told.condition, block.map(|_| label.as_str()), &cause.message);
             } else if runs && self.instances.get_mut(&id).is_some_and(|i| i.come_to_rest(block, told.item)) {
                 self.course(id).rest_at_last();
             } else if matches!(told.fault, Some(Fault::Signal(_) | Fault::Budget | Fault::Lost(_) | Fault::Forked)) {

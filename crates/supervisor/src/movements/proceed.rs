@@ -222,7 +222,10 @@ impl Course<'_> {
         let (list, stage) = match instance.installed.process.take(instance.generation, insist) {
             TakeResult::Late => return false,
             TakeResult::Before => instance.position.target,
-            TakeResult::From(stage) => instance.list_stage(stage),
+            TakeResult::From(stage) => {
+                instance.findings.way.process_taken(instance.generation, instance.position.list);
+                instance.list_stage(stage)
+            }
         };
         instance.generation += 1;
         if (list, stage) != (instance.position.list, instance.position.stage) {

@@ -32,4 +32,13 @@ impl Course<'_> {
         instance.findings.way.lead_on(&of, instance.position.list, cause);
         instance.findings.way.captures.take(&of, &of.outputs_in(source, cause.condition), captured);
     }
+
+    /// Records a transition that a kernel made in the firing in which the condition occurred, before the supervisor took the process for
+    /// another reason. Returns false if the condition did not lead to another list.
+    pub fn led_on_before_take(&mut self, source: SourceId, generation: u32, list: usize, cause: &Cause, captured: &[u8]) -> bool {
+        let id = self.id;
+        let Some(instance) = self.core.instances.get_mut(&id) else { return false };
+        let of = InstalledVerb { plan: &instance.plan, installed: &instance.installed, devices: &self.core.registry.physical };
+        instance.findings.way.lead_on_before(&of, generation, list, cause, source, captured)
+    }
 }

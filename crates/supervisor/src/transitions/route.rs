@@ -4,6 +4,7 @@ use crate::ending::report::PassedList;
 use crate::instances::captures::Captures;
 use crate::instances::cause::Cause;
 use crate::instances::installed_verb::InstalledVerb;
+use kernel::SourceId;
 use std::collections::VecDeque;
 
 /// Maximum number of steps in a report. For a verb that cycles for days, only the last ones are kept.
@@ -17,25 +18,66 @@ pub(crate) struct Way {
     pub conditions: Vec<usize>,
     /// Outputs that these conditions return, with their values at the transition.
     pub captures: Captures,
+    before_take: Option<BeforeTake>,
+}
+
+/// Position at which the supervisor last took the process. A kernel may have made transitions from there that it reports only afterwards.
+struct BeforeTake {
+    generation: u32,
+    list: usize,
+    /// Number of steps recorded since then.
+    later: usize,
 }
 
 impl Way {
     /// Records a transition from a list because of a condition; values that the condition returned earlier are discarded as outdated.
     pub fn lead_on(&mut self, of: &InstalledVerb, list: usize, cause: &Cause) {
-        let condition = &of.plan.conditions[cause.condition];
+        self.insert(of, list, cause, 0);
+        self.conditions.retain(|before| *before != cause.condition);
+        self.conditions.push(cause.condition);
+        self.captures.forget(&of.plan.conditions[cause.condition].returns);
+        self.captures.expect_nothing();
+        if let Some(before) = &mut self.before_take {
+            before.later += 1;
+        }
+    }
+
+    /// Notes that the supervisor takes a process of this generation, whose last reported list is `list`.
+    pub fn process_taken(&mut self, generation: u32, list: usize) {
+        self.before_take = Some(BeforeTake { generation, list, later: 0 });
+    }
+
+    /// Records a transition to `list` that a kernel made before the supervisor took the process, and that is reported only now: its step
+    /// precedes those recorded since. Returns false if there is no such transition in `generation`.
+    pub fn lead_on_before(&mut self, of: &InstalledVerb, generation: u32, list: usize, cause: &Cause, source: SourceId, captured: &[u8]) -> bool {
+        let Some(before) = self.before_take.as_mut().filter(|before| before.generation == generation) else { return false };
+        let (from, later) = (std::mem::replace(&mut before.list, list), before.later);
+        self.insert(of, from, cause, later);
+        let newer = self.conditions.split_off(self.conditions.len().saturating_sub(later));
+        let returned_later: Vec<usize> = newer.iter().flat_map(|condition| &of.plan.conditions[*condition].returns).copied().collect();
+        if !newer.contains(&cause.condition) {
+            self.conditions.retain(|before| *before != cause.condition);
+            self.conditions.push(cause.condition);
+        }
+        self.conditions.extend(newer);
+        let returns: Vec<usize> = of.plan.conditions[cause.condition].returns.iter().copied().filter(|output| !returned_later.contains(output)).collect();
+        self.captures.forget(&returns);
+        self.captures.take_of(of, &of.outputs_in(source, cause.condition), captured, &returns);
+        true
+    }
+
+    /// Adds a step in front of the last `later` ones.
+    fn insert(&mut self, of: &InstalledVerb, list: usize, cause: &Cause, later: usize) {
         if self.passed.len() == TOLD_MAX {
             self.passed.pop_front();
         }
-        self.passed.push_back(PassedList {
+        let step = PassedList {
             command_list: of.plan.lists[list].name.clone(),
-            condition: condition.name.clone(),
+            condition: of.plan.conditions[cause.condition].name.clone(),
             block: cause.block.clone(),
             time_s: cause.time_ns as f64 * 1e-9,
-        });
-        self.conditions.retain(|before| *before != cause.condition);
-        self.conditions.push(cause.condition);
-        self.captures.forget(&condition.returns);
-        self.captures.expect_nothing();
+        };
+        self.passed.insert(self.passed.len().saturating_sub(later), step);
     }
 
     /// Returns the steps in the format of a report.
