@@ -49,9 +49,10 @@ class Efforts:
     def reversals(self) -> list[float]:
         """Returns for each joint the highest rate at which its effort alternated since the last call, Hz."""
         since, self.seen = self.seen, self.system.now
+        since_last = round((self.seen - since) / PERIOD_S) + 1
         rates = []
         for effort, swing in zip(self.kept, self.swings, strict=True):
-            kept = effort.history[:]
+            kept = effort.history[-since_last:]
             rates.append(fastest(kept["value"][kept["time"] >= since], swing))
         return rates
 

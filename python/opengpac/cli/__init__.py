@@ -5,25 +5,23 @@ top, record, plot, replay."""
 from __future__ import annotations
 
 import argparse
+import functools
+import importlib
 import os
 import re
 import select
 import signal
 import sys
 import traceback
-from collections.abc import Sequence, Sized
+from collections.abc import Callable, Sequence, Sized
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from .. import _native, doctor, library, top
-from ..drivers import beginning, conformance
+from .. import _native
 from ..errors import Error, InstallationErrors, refusals, several
-from ..recordings import replay
 from ..refusals import tracebacks
 from ..refusals.source_location import Place, here
-from ..studio import server
-from ..system import hosts, programs
-from . import daemon, docs, drivers, plots, robots
+from ..system import programs
 
 if TYPE_CHECKING:
     from ..checking import Findings
@@ -44,7 +42,8 @@ FUNCTION_BLOCK({name}, "Gain: y = k u.",
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Runs the command; returns 0 on success, 1 after a refusal or a failure."""
-    given = _parser().parse_args(arguments)
+    words = sys.argv[1:] if arguments is None else list(arguments)
+    given = _parser(words[0] if words else "").parse_args(words)
     called = here()
     try:
         done = given.run(given)
@@ -85,10 +84,19 @@ def _about(error: Error, given: argparse.Namespace, called: Place) -> str:
     return f"{text} at {file}" if file and error.place is None and str(file) not in text else text
 
 
-def _parser() -> argparse.ArgumentParser:
+def _parser(command: str = "") -> argparse.ArgumentParser:
+    """Returns the parser of a command, and of those in the same module; of all commands if there is no such command."""
     parser = argparse.ArgumentParser(prog="opengpac", description="OpenGPAC, a general purpose automation controller")
     parser.add_argument("--version", action="version", version=f"opengpac {_native.version()}")
     commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    is_known = any(command in names for names in _COMMANDS)
+    for names, add_to in _COMMANDS.items():
+        if command in names or not is_known:
+            add_to(commands)
+    return parser
+
+
+def _add_of_programs(commands: Any) -> None:
     run = commands.add_parser("run", help="run a program")
     programs.add_to(run)
     run.set_defaults(run=_run)
@@ -119,22 +127,36 @@ def _parser() -> argparse.ArgumentParser:
     machine.add_argument("name")
     machine.add_argument("--in", dest="language", choices=["c", "python", "rust"], default="c", help="language of the driver (default: c)")
     machine.set_defaults(run=_new_driver)
-    conformance.add_to(commands)
+
+
+def _add_blocks(commands: Any) -> None:
     blocks = commands.add_parser("blocks", help="list, search or show blocks and other components")
     blocks.add_argument("action", nargs="?", choices=["list", "search", "show"], default="list")
     blocks.add_argument("words", nargs="*", metavar="WORD")
     blocks.set_defaults(run=_blocks)
-    drivers.add_to(commands)
-    robots.add_to(commands)
-    daemon.add_to(commands)
-    server.add_to(commands)
-    hosts.add_to(commands)
-    docs.add_to(commands)
-    doctor.add_to(commands)
-    top.add_to(commands)
-    plots.add_to(commands)
-    replay.add_to(commands)
-    return parser
+
+
+def _add_of(module: str, commands: Any) -> None:
+    importlib.import_module(module, __name__).add_to(commands)
+
+
+_COMMANDS: dict[tuple[str, ...], Callable[[Any], None]] = {
+    ("run", "check", "stubs", "build", "export", "new"): _add_of_programs,
+    ("driver",): functools.partial(_add_of, "..drivers.conformance"),
+    ("blocks",): _add_blocks,
+    ("drivers", "devices"): functools.partial(_add_of, ".drivers"),
+    ("robots",): functools.partial(_add_of, ".robots"),
+    ("rts", "token"): functools.partial(_add_of, ".daemon"),
+    ("studio",): functools.partial(_add_of, "..studio.server"),
+    ("join",): functools.partial(_add_of, "..system.hosts"),
+    ("docs",): functools.partial(_add_of, ".docs"),
+    ("doctor",): functools.partial(_add_of, "..doctor"),
+    ("top",): functools.partial(_add_of, "..top"),
+    ("record", "plot"): functools.partial(_add_of, ".plots"),
+    ("replay",): functools.partial(_add_of, "..recordings.replay"),
+}
+"""Functions that add commands to the parser, by the commands' names. Each imports its module when it is called: importing all of them
+takes two thirds of the start-up time."""
 
 
 def _run(given: argparse.Namespace) -> int:
@@ -241,6 +263,8 @@ def _new_driver(given: argparse.Namespace) -> int:
         return _new_crate(given.name)
     if given.language == "python":
         return _new_driver_in_python(given.name)
+    from ..drivers import beginning
+
     file = _begun(given.name, "a driver", beginning.C)
     if file is not None:
         print(f"{file}: edit it, then opengpac driver check {file}, and gpac.drivers.load('{file}') in a program")
@@ -248,6 +272,8 @@ def _new_driver(given: argparse.Namespace) -> int:
 
 
 def _new_driver_in_python(name: str) -> int:
+    from ..drivers import beginning
+
     file = _free(name, "a driver", Path(f"{name}.py"))
     if file is None:
         return 1
@@ -257,6 +283,8 @@ def _new_driver_in_python(name: str) -> int:
 
 
 def _new_crate(name: str) -> int:
+    from ..drivers import beginning
+
     folder = _free(name, "a driver", Path(name))
     if folder is None:
         return 1
@@ -288,6 +316,8 @@ def _free(name: str, what: str, path: Path) -> Path | None:
 
 
 def _blocks(given: argparse.Namespace) -> int:
+    from .. import library
+
     if given.action == "show":
         if not given.words:
             print("name a block: opengpac blocks show pid", file=sys.stderr)

@@ -3,13 +3,13 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
-import numpy as np
-
 from ..errors import DefinitionError, refuse
+from ..values.arrays import np
 
 Numbers: TypeAlias = "float | Sequence[float] | np.ndarray"
 Terms: TypeAlias = "str | Term | Sequence[Term]"
@@ -76,7 +76,7 @@ class Term(_Term):
         return next((len(np.atleast_1d(x)) for x in lists if x is not None and np.ndim(x) == 1), 0)
 
 
-_FAR = float(np.finfo(float).max)
+_FAR = sys.float_info.max
 """Replacement for an infinite end of a range, which JSON cannot represent."""
 
 

@@ -13,7 +13,7 @@ from ..application.arguments import Argument
 from ..errors import CallError, Error, NotEnabled, UnknownName, ValueRefused, gone, refusals, refuse
 from ..refusals.declared_names import DeclaredNames
 from ..values.arrays import np
-from ..values.encoding import decoder_of, dtype_of, from_bytes, plain
+from ..values.encoding import decoder_of, dtype_of, plain
 from ..values.tables import Table, TableDisplay
 
 if TYPE_CHECKING:
@@ -219,19 +219,25 @@ class History:
     def __len__(self) -> int:
         return len(self._rows())
 
-    def _rows(self) -> list[tuple[int, int, bytes]]:
+    def _rows(self, which: Any = None) -> list[tuple[int, int, bytes]]:
+        """Returns the kept values, or at least those selected by `which` if it counts from the newest one."""
         kept = self._svv._about["history"]
         if not kept:
             refuse(ValueRefused, f"SVV '{self._svv.name}' has no history", "make it with history=1000")
+        first = which.start if isinstance(which, slice) and which.stop is None and which.step is None else which
+        count = min(kept, -first) if isinstance(first, int) and first < 0 else kept
         with refusals:
-            return self._svv.system._alive().history(self._svv._asked, kept)
+            return self._svv.system._alive().history(self._svv._asked, count)
 
     def __getitem__(self, which: int | slice) -> Any:
         dtype = self._svv.dtype
-        rows = self._rows()
+        rows = self._rows(which)
         array = np.zeros(len(rows), dtype=[("number", "<u8"), ("time", "<f8"), ("value", dtype)])
-        for row, (number, time_ns, data) in zip(array, rows, strict=True):
-            row["number"], row["time"], row["value"] = number, time_ns * 1e-9, from_bytes(data, dtype)
+        if rows:
+            # Converting thousands of rows one by one takes ten times as long.
+            numbers, times_ns, values = zip(*rows, strict=True)
+            array["number"], array["time"] = np.array(numbers, "<u8"), np.array(times_ns, "<i8") * 1e-9
+            array["value"] = np.frombuffer(b"".join(values), dtype)
         try:
             return array[which]
         except (TypeError, ValueError, OverflowError, KeyError) as error:
