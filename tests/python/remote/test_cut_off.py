@@ -14,6 +14,7 @@ import pytest
 
 import opengpac as gpac
 import swing
+from afar import until
 from daemons import PATIENCE_S, Daemon, environment
 
 PROGRAM = Path(__file__).with_name("operator_program.py")
@@ -64,27 +65,24 @@ def operator(real_daemon: Daemon) -> Iterator[Callable[..., Operator]]:
             one.end(signal.SIGKILL)
 
 
-def until(what: Callable[[], bool]) -> None:
-    """Polls a condition until it holds; a test that hangs is ended by its own time limit."""
-    while not what():
-        pass
-
-
 def alive(watcher: gpac.System, name: str) -> bool:
     assert watcher.session is not None
     return any(line["alive"] for line in watcher.session.sessions if line["name"] == name)
 
 
-@pytest.mark.parametrize("number", range(KILLS))
-def test_killed_in_the_middle_of_a_motion_it_is_halted_and_its_report_kept(
-    operator: Callable[..., Operator], watcher: gpac.System, number: int
-) -> None:
+def test_killed_in_the_middle_of_a_motion_it_is_halted_and_its_report_kept(operator: Callable[..., Operator], watcher: gpac.System) -> None:
+    """Kills one program after another in one system, each at a random time."""
+    for number in range(KILLS):
+        kill_and_look(operator, watcher, number)
+
+
+def kill_and_look(operator: Callable[..., Operator], watcher: gpac.System, number: int) -> None:
     victim = operator("victim", "halt")
     for _ in range(random.Random(number).randrange(60)):
         victim.line()
     assert victim.end(signal.SIGKILL) == -signal.SIGKILL
-    until(lambda: not alive(watcher, "victim"))
-    until(lambda: all(i.device for i in watcher.instances))
+    until(lambda: not alive(watcher, "victim"), "the session is cut off")
+    until(lambda: all(i.device for i in watcher.instances), "the motion ends")
     assert watcher.device("axis").state == "standstill", "the servo goes on and holds the joint"
     assert watcher.session is not None
     with gpac.connect(watcher.session.url, name="victim") as cell:
@@ -98,7 +96,7 @@ def test_killed_in_the_middle_of_a_motion_it_is_halted_and_its_report_kept(
 def test_a_motion_that_is_to_go_on_goes_on_and_is_taken_up(operator: Callable[..., Operator], watcher: gpac.System) -> None:
     victim = operator("victim", "continue")
     assert victim.end(signal.SIGKILL) == -signal.SIGKILL
-    until(lambda: not alive(watcher, "victim"))
+    until(lambda: not alive(watcher, "victim"), "the session is cut off")
     assert watcher.instance(victim.instance).state == "running"
     assert watcher.session is not None
     with gpac.connect(watcher.session.url, name="victim") as cell:
@@ -114,7 +112,7 @@ def test_a_motion_that_is_to_go_on_goes_on_and_is_taken_up(operator: Callable[..
 def test_a_motion_that_is_to_be_safe_ends_at_once(operator: Callable[..., Operator], watcher: gpac.System) -> None:
     victim = operator("victim", "safe")
     assert victim.end(signal.SIGKILL) == -signal.SIGKILL
-    until(lambda: all(i.device for i in watcher.instances))
+    until(lambda: all(i.device for i in watcher.instances), "the motion ends")
     assert watcher.session is not None
     with gpac.connect(watcher.session.url, name="victim") as cell:
         ended = {report.verb: report.condition for report in cell.kept_reports()}
@@ -126,5 +124,5 @@ def test_a_motion_that_is_to_be_safe_ends_at_once(operator: Callable[..., Operat
 def test_an_interrupt_ends_the_program_and_what_it_started(operator: Callable[..., Operator], watcher: gpac.System, does: str) -> None:
     victim = operator("victim", "halt", does)
     assert victim.end(signal.SIGINT) == -signal.SIGINT
-    until(lambda: all(i.device for i in watcher.instances))
+    until(lambda: all(i.device for i in watcher.instances), "the motion ends")
     assert not alive(watcher, "victim")
