@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useState } from "react";
+import { askUntilAnswered } from "../control/asking";
 import type { Configuration } from "../control/shapes";
 import { useControl, useTopic } from "./context";
 
@@ -11,15 +12,8 @@ export function useConfiguration(): Configuration | null {
   const there = now ? JSON.stringify([Object.keys(now.sources), Object.keys(now.devices), Object.keys(now.physical_devices)]) : "";
   useEffect(() => {
     if (there === "") return;
-    let over = false;
     // An error is not shown here: the statistics at the top of the page report it.
-    control.look("configuration", {}).then(
-      (found) => over || setConfiguration(found),
-      () => undefined,
-    );
-    return () => {
-      over = true;
-    };
+    return askUntilAnswered(control, { ask: (signal) => control.look("configuration", {}, signal), take: setConfiguration });
   }, [control, there]);
   return configuration;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
-import { useCallback, useEffect, useState } from "react";
+import { useEffect, useState } from "react";
+import { askUntilAnswered } from "../../control/asking";
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import { Refusals } from "../../design/parts";
 import { trNodes } from "../../language/nodes";
@@ -33,18 +34,21 @@ export function useJog(family: DeviceFamily): JogState {
   const [ready, setReady] = useState(false);
   const held = useHeld();
 
-  const look = useCallback(() => {
+  const [looks, setLooks] = useState(0);
+  // biome-ignore lint/correctness/useExhaustiveDependencies: `looks` says when to ask again
+  useEffect(() => {
     if (!joints || !control.may("operate")) return;
-    control.look("names", {}).then(
-      (names) => {
+    return askUntilAnswered(control, {
+      ask: (signal) => control.look("names", {}, signal),
+      take: (names) => {
         const lacks = !names.verbs.includes(JOG) ? "verb" : !names.svvs.includes(BEAT) ? "heartbeat" : null;
         setReady(lacks === null);
         if (lacks) setMissing(lacks);
+        setRefusals([]);
       },
-      (why) => setRefusals(refusalsOf(why)),
-    );
-  }, [control, joints]);
-  useEffect(look, [look]);
+      failed: (why) => setRefusals(refusalsOf(why)),
+    });
+  }, [control, joints, looks]);
 
   const press = (device: string, direction: 1 | -1) =>
     held.press({ verb: JOG, devices: [device], values: { velocity: `${direction * share} %` } });
@@ -56,7 +60,7 @@ export function useJog(family: DeviceFamily): JogState {
     setShare,
     press,
     release: held.release,
-    look,
+    look: () => setLooks((before) => before + 1),
   };
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 import { useEffect, useRef, useState } from "react";
+import { askUntilAnswered } from "../../control/asking";
 import { type Refusal, RefusalError, refusalsOf } from "../../control/refusals";
 import type { Geometry } from "../../control/shapes";
 import { Panel, Refusals } from "../../design/parts";
@@ -31,17 +32,17 @@ export default function Machine(props: { device: string; lost: string | null }) 
   const [undrawn, setUndrawn] = useState<Refusal[]>([]);
 
   useEffect(() => {
-    let over = false;
-    control.look("geometry", { device }).then(
-      (found) => over || setGeometry(found),
-      (why) => {
-        // A device without a geometry is not an error: a table of signals has none.
-        if (!over && !(why instanceof RefusalError && why.is("InvalidState"))) setTrouble(refusalsOf(why));
+    return askUntilAnswered(control, {
+      ask: (signal) => control.look("geometry", { device }, signal),
+      take: (found) => {
+        setGeometry(found);
+        setTrouble([]);
       },
-    );
-    return () => {
-      over = true;
-    };
+      failed: (why) => {
+        // A device without a geometry is not an error: a table of signals has none.
+        if (!(why instanceof RefusalError && why.is("InvalidState"))) setTrouble(refusalsOf(why));
+      },
+    });
   }, [control, device]);
 
   useEffect(() => {

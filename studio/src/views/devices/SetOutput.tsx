@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 import { useEffect, useState } from "react";
+import { askUntilAnswered } from "../../control/asking";
 import type { Refusal } from "../../control/refusals";
 import type { DeviceState, Report, Value } from "../../control/shapes";
 import { Refusals } from "../../design/parts";
@@ -27,14 +28,10 @@ export function useSetVerb(family: DeviceFamily): string | null {
   const mayOperate = control.may("operate");
   useEffect(() => {
     if (verb === null || !mayOperate) return;
-    let over = false;
-    control.look("names", {}).then(
-      (names) => over || setThere(names.verbs.includes(verb)),
-      () => undefined,
-    );
-    return () => {
-      over = true;
-    };
+    return askUntilAnswered(control, {
+      ask: (signal) => control.look("names", {}, signal),
+      take: (names) => setThere(names.verbs.includes(verb)),
+    });
   }, [control, verb, mayOperate]);
   return isThere && mayOperate ? verb : null;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 import { useEffect, useState } from "react";
+import { askUntilAnswered } from "../../control/asking";
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { DamagedPart, RecordingContents, RecordingFile } from "../../control/shapes";
 import { count, seconds } from "../../design/numbers";
@@ -215,15 +216,14 @@ function useAbout(file: RecordingFile): { about: RecordingContents | null; refus
   const [refusals, setRefusals] = useState<Refusal[]>([]);
   // biome-ignore lint/correctness/useExhaustiveDependencies: of a file that grows it is asked again
   useEffect(() => {
-    const over = new AbortController();
-    live.look("recorded", { path: file.name }, over.signal).then(
-      (found) => {
+    return askUntilAnswered(live, {
+      ask: (signal) => live.look("recorded", { path: file.name }, signal),
+      take: (found) => {
         setAbout(found);
         setRefusals([]);
       },
-      (why) => over.signal.aborted || setRefusals(refusalsOf(why)),
-    );
-    return () => over.abort();
+      failed: (why) => setRefusals(refusalsOf(why)),
+    });
   }, [live, file.name, file.bytes]);
   return { about, refusals };
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 import { type KeyboardEvent, useEffect, useId, useMemo, useRef, useState } from "react";
+import { askUntilAnswered } from "../../control/asking";
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import { found } from "../../design/fuzzy";
 import { Refusals } from "../../design/parts";
@@ -119,9 +120,9 @@ function useChoice(): Choice {
   const [choice, setChoice] = useState<Choice>({ names: [], groupOf: new Map(), devices: new Set(), trouble: [] });
   // After an installation, there may be further values.
   useEffect(() => {
-    const over = new AbortController();
-    control.look("names", {}, over.signal).then(
-      (names) => {
+    return askUntilAnswered(control, {
+      ask: (signal) => control.look("names", {}, signal),
+      take: (names) => {
         const groupOf = new Map<string, string>();
         for (const svv of names.svvs) groupOf.set(svv, deviceOf(svv, names.logical_devices));
         for (const instance of installed?.instances ?? []) {
@@ -129,11 +130,8 @@ function useChoice(): Choice {
         }
         setChoice({ names: [...groupOf.keys()], groupOf, devices: new Set(names.logical_devices), trouble: [] });
       },
-      (why) => {
-        if (!over.signal.aborted) setChoice((before) => ({ ...before, trouble: refusalsOf(why) }));
-      },
-    );
-    return () => over.abort();
+      failed: (why) => setChoice((before) => ({ ...before, trouble: refusalsOf(why) })),
+    });
   }, [control, installed]);
   return choice;
 }

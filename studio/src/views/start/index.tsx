@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 import { useEffect, useState } from "react";
+import { askUntilAnswered } from "../../control/asking";
 import type { Configuration, Names, Statistics } from "../../control/shapes";
 import { Empty, Panel, Tag } from "../../design/parts";
 import { trNodes } from "../../language/nodes";
@@ -64,14 +65,7 @@ function useNames(now: Statistics | null): Names | null {
   const there = now ? JSON.stringify([Object.keys(now.devices), now.instances.map((one) => one.name)]) : "";
   useEffect(() => {
     if (there === "") return;
-    let over = false;
-    control.look("names", {}).then(
-      (found) => over || setNames(found),
-      () => undefined,
-    );
-    return () => {
-      over = true;
-    };
+    return askUntilAnswered(control, { ask: (signal) => control.look("names", {}, signal), take: setNames });
   }, [control, there]);
   return names;
 }

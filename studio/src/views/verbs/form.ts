@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useState } from "react";
+import { askUntilAnswered } from "../../control/asking";
 import { type Refusal, RefusalError, refusalsOf } from "../../control/refusals";
 import type { VerbForm } from "../../control/shapes";
 import { useControl } from "../../shell/context";
@@ -10,15 +11,17 @@ export function useForm(name: string): { form: VerbForm | null; refusals: Refusa
   const [form, setForm] = useState<VerbForm | null>(null);
   const [refusals, setRefusals] = useState<Refusal[]>([]);
   useEffect(() => {
-    let over = false;
-    control.look("verb_form", { name }).then(
-      (found) => over || setForm(found),
-      // A recording contains no forms: its diagrams are made from instances.
-      (why) => over || (why instanceof RefusalError && why.is("NotRecorded")) || setRefusals(refusalsOf(why)),
-    );
-    return () => {
-      over = true;
-    };
+    return askUntilAnswered(control, {
+      ask: (signal) => control.look("verb_form", { name }, signal),
+      take: (found) => {
+        setForm(found);
+        setRefusals([]);
+      },
+      failed: (why) => {
+        // A recording contains no forms: its diagrams are made from instances.
+        if (!(why instanceof RefusalError && why.is("NotRecorded"))) setRefusals(refusalsOf(why));
+      },
+    });
   }, [control, name]);
   return { form, refusals };
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 import { useEffect, useId, useState } from "react";
+import { askUntilAnswered } from "../../control/asking";
 import type { Names, PanelKind, Region } from "../../control/shapes";
 import { tr } from "../../language/text";
 import { useControl } from "../../shell/context";
@@ -127,15 +128,8 @@ function useNames(): Names | null {
   const control = useControl();
   const [names, setNames] = useState<Names | null>(null);
   useEffect(() => {
-    let over = false;
     // Without suggestions, names are typed.
-    control.look("names", {}).then(
-      (found) => over || setNames(found),
-      () => undefined,
-    );
-    return () => {
-      over = true;
-    };
+    return askUntilAnswered(control, { ask: (signal) => control.look("names", {}, signal), take: setNames });
   }, [control]);
   return names;
 }

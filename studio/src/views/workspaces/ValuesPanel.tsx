@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useState } from "react";
+import { askUntilAnswered } from "../../control/asking";
 import type { ShownValue, SvvAbout } from "../../control/shapes";
 import { Tag } from "../../design/parts";
 import { Age } from "../../live/Age";
@@ -56,16 +57,9 @@ export function useAbout(name: string): SvvAbout | null {
   const control = useControl();
   const [about, setAbout] = useState<SvvAbout | null>(null);
   useEffect(() => {
-    let over = false;
     setAbout(null);
     // The value is shown without them as well; a missing value shows its own reason.
-    control.look("svv_about", { name }).then(
-      (found) => over || setAbout(found),
-      () => undefined,
-    );
-    return () => {
-      over = true;
-    };
+    return askUntilAnswered(control, { ask: (signal) => control.look("svv_about", { name }, signal), take: setAbout });
   }, [control, name]);
   return about;
 }

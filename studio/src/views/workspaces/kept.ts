@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The workspaces of the system: their list, one of them, and its problems in this system.
 import { useCallback, useEffect, useState } from "react";
+import { askUntilAnswered } from "../../control/asking";
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { Workspace, WorkspaceAbout } from "../../control/shapes";
 import { useLive, useWatched } from "../../shell/context";
@@ -41,18 +42,14 @@ export function useWorkspace(about: WorkspaceAbout | null): { workspace: Workspa
   const name = about?.name ?? null;
   useEffect(() => {
     if (name === null) return;
-    let over = false;
-    control.look("workspace", { name }).then(
-      (workspace) => {
-        if (over) return;
+    return askUntilAnswered(control, {
+      ask: (signal) => control.look("workspace", { name }, signal),
+      take: (workspace) => {
         setFound({ key, workspace });
         setRefusals([]);
       },
-      (why) => over || setRefusals(refusalsOf(why)),
-    );
-    return () => {
-      over = true;
-    };
+      failed: (why) => setRefusals(refusalsOf(why)),
+    });
   }, [control, key, name]);
   return { workspace: found?.key === key ? found.workspace : null, refusals };
 }
@@ -63,15 +60,12 @@ export function useFindings(workspace: Workspace | null): Refusal[] {
   const [found, setFound] = useState<Refusal[]>([]);
   const asked = workspace ? JSON.stringify(workspace) : "";
   useEffect(() => {
-    let over = false;
     if (asked === "") return setFound([]);
-    control.look("check_workspace", JSON.parse(asked) as Workspace).then(
-      (wrong) => over || setFound(wrong as Refusal[]),
-      (why) => over || setFound(refusalsOf(why)),
-    );
-    return () => {
-      over = true;
-    };
+    return askUntilAnswered(control, {
+      ask: (signal) => control.look("check_workspace", JSON.parse(asked) as Workspace, signal),
+      take: (wrong) => setFound(wrong as Refusal[]),
+      failed: (why) => setFound(refusalsOf(why)),
+    });
   }, [control, asked]);
   return found;
 }

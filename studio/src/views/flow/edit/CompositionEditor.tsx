@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 import { useEffect, useMemo, useState } from "react";
+import { askUntilAnswered } from "../../../control/asking";
 import type { Control } from "../../../control/control";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
 import type { Composition as Asked, VerbRequest } from "../../../control/shapes";
@@ -125,19 +126,12 @@ function useComposed(draft: ComposedDefinition): { verb: VerbRequest | null; fou
   const control = useLive();
   const [answer, setAnswer] = useState<{ verb: VerbRequest | null; found: Refusal[] }>({ verb: null, found: [] });
   useEffect(() => {
-    const asked = new AbortController();
-    const soon = setTimeout(() => {
-      composedVerb(control, draft, asked.signal).then(
-        (verb) => setAnswer({ verb, found: [] }),
-        (why) => {
-          if (!asked.signal.aborted) setAnswer({ verb: null, found: refusalsOf(why) });
-        },
-      );
-    }, PAUSE_MS);
-    return () => {
-      clearTimeout(soon);
-      asked.abort();
-    };
+    return askUntilAnswered(control, {
+      ask: (signal) => composedVerb(control, draft, signal),
+      take: (verb) => setAnswer({ verb, found: [] }),
+      failed: (why) => setAnswer({ verb: null, found: refusalsOf(why) }),
+      after_ms: PAUSE_MS,
+    });
   }, [control, draft]);
   return answer;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 import { useEffect, useState } from "react";
+import { askUntilAnswered } from "../../../control/asking";
 import type { VerbRequest } from "../../../control/shapes";
 import { Panel, Refusals } from "../../../design/parts";
 import { TextField } from "../../../design/TextField";
@@ -176,13 +177,11 @@ function useThere(): { sources: string[]; svvs: string[] } {
   const control = useLive();
   const [there, setThere] = useState<{ sources: string[]; svvs: string[] }>({ sources: [], svvs: [] });
   useEffect(() => {
-    const asked = new AbortController();
-    control.look("names", {}, asked.signal).then(
-      (names) => setThere({ sources: names.sources, svvs: names.svvs }),
-      // The stream reports a system that does not answer; the form stays empty.
-      () => undefined,
-    );
-    return () => asked.abort();
+    // The stream reports a system that does not answer; the form stays empty until then.
+    return askUntilAnswered(control, {
+      ask: (signal) => control.look("names", {}, signal),
+      take: (names) => setThere({ sources: names.sources, svvs: names.svvs }),
+    });
   }, [control]);
   return there;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 import { useEffect, useMemo, useState } from "react";
+import { askUntilAnswered } from "../../../control/asking";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
 import { Choices } from "../../../design/Choices";
 import { Refusals } from "../../../design/parts";
@@ -25,19 +26,19 @@ export function Offer(props: {
   const [offers, setOffers] = useState<WireOffer[] | null>(null);
   const [refusals, setRefusals] = useState<Refusal[]>([]);
   useEffect(() => {
-    const asked = new AbortController();
     const question = questionOf(draft, from, at);
     if (!question) {
       setOffers(offered(draft, from, at, fitting(draft, from, at, faces), faces));
       return;
     }
-    control.look("compatible", question as { from: { block: string; port: string } }, asked.signal).then(
-      (found) => setOffers(offered(draft, from, at, found as PortAnswer[], faces)),
-      (why) => {
-        if (!asked.signal.aborted) setRefusals(refusalsOf(why));
+    return askUntilAnswered(control, {
+      ask: (signal) => control.look("compatible", question as { from: { block: string; port: string } }, signal),
+      take: (found) => {
+        setOffers(offered(draft, from, at, found as PortAnswer[], faces));
+        setRefusals([]);
       },
-    );
-    return () => asked.abort();
+      failed: (why) => setRefusals(refusalsOf(why)),
+    });
   }, [control, draft, faces, from, at]);
   return (
     <div

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Queries of the editor to the system: the available blocks, the errors of the draft, the possible wires. All rules are implemented there.
 import { useCallback, useEffect, useMemo, useRef, useState } from "react";
+import { askUntilAnswered } from "../../../control/asking";
 import type { Control } from "../../../control/control";
 import { type Refusal, refusalsOf } from "../../../control/refusals";
 import { worded } from "../../../control/wording";
@@ -18,23 +19,16 @@ export function useFaces(control: Control): { faces: Faces; device_types: string
   const [device_types, setTypes] = useState<string[]>([]);
   const [trouble, setTrouble] = useState<Refusal[]>([]);
   useEffect(() => {
-    const asked = new AbortController();
-    control.look("library", {}, asked.signal).then(
-      (found) => setFaces(new Map((found as Face[]).map((face) => [face.name, face]))),
-      (why) => {
-        if (!asked.signal.aborted) setTrouble(refusalsOf(why));
-      },
-    );
-    control.look("names", {}, asked.signal).then(
-      (names) => {
+    return askUntilAnswered(control, {
+      ask: (signal) => Promise.all([control.look("library", {}, signal), control.look("names", {}, signal)]),
+      take: ([found, names]) => {
+        setFaces(new Map((found as Face[]).map((face) => [face.name, face])));
         setTypes(names.device_types);
         setSources(names.sources);
+        setTrouble([]);
       },
-      (why) => {
-        if (!asked.signal.aborted) setTrouble(refusalsOf(why));
-      },
-    );
-    return () => asked.abort();
+      failed: (why) => setTrouble(refusalsOf(why)),
+    });
   }, [control]);
   return { faces, device_types, sources, trouble };
 }
@@ -45,24 +39,17 @@ export function useFindings(control: Control, draft: Draft): { findings: Finding
   const [unanswered, setUnanswered] = useState<Refusal[]>([]);
   const definition = useMemo(() => JSON.stringify({ [draft.kind]: definitionOf(draft) }), [draft]);
   useEffect(() => {
-    const asked = new AbortController();
-    const soon = setTimeout(() => {
-      control.look("check_drawing", JSON.parse(definition) as Record<string, unknown>, asked.signal).then(
-        (answered) => {
-          const found = findingsOf(answered);
-          // Equal findings keep the same object, which avoids rendering them again.
-          setFindings((before) => (JSON.stringify(before) === JSON.stringify(found) ? before : found));
-          setUnanswered([]);
-        },
-        (why) => {
-          if (!asked.signal.aborted) setUnanswered(refusalsOf(why));
-        },
-      );
-    }, PAUSE_MS);
-    return () => {
-      clearTimeout(soon);
-      asked.abort();
-    };
+    return askUntilAnswered(control, {
+      ask: (signal) => control.look("check_drawing", JSON.parse(definition) as Record<string, unknown>, signal),
+      take: (answered) => {
+        const found = findingsOf(answered);
+        // Equal findings keep the same object, which avoids rendering them again.
+        setFindings((before) => (JSON.stringify(before) === JSON.stringify(found) ? before : found));
+        setUnanswered([]);
+      },
+      failed: (why) => setUnanswered(refusalsOf(why)),
+      after_ms: PAUSE_MS,
+    });
   }, [control, definition]);
   return { findings, unanswered };
 }
@@ -82,14 +69,18 @@ export interface Possible {
 /** Returns the ports to which a wire may lead. The system is queried when the wire is started; its installation rules decide. */
 export function usePossible(control: Control, draft: Draft): Possible {
   const answer = useRef<{ begun: At; reasons: Map<string, string | null> } | null>(null);
+  const latest = useRef(0);
   const ask = useCallback(
     (from: At | null) => {
       // The answer is kept after the wire ends: a refused wire still needs the reason.
       if (!from) return;
+      latest.current += 1;
+      const number = latest.current;
       answer.current = null;
       const asked = { [draft.kind]: definitionOf(draft), from };
       control.look("compatible", asked).then(
         (found) => {
+          if (number !== latest.current) return;
           const reasons = (found as (At & { reason: string | null })[]).map((one): [string, string | null] => [
             keyOf(one),
             one.reason === null ? null : worded(one.reason),
