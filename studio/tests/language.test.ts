@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page in German: no English text is left in the frame and the views, it passes the check of axe, and fits into narrow windows.
 import { join } from "node:path";
-import type { Browser, Page } from "playwright-core";
+import type { Browser, Dialog, Page } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
 import { texts as de } from "../src/language/de";
 import { en } from "../src/language/en";
 import type { Key, Message } from "../src/language/text";
-import { axeFindings, browse, type Opened, open, type Running, run, STOP, shoot } from "./running";
+import { axeFindings, browse, command, type Opened, open, type Running, run, STOP, shoot, show } from "./running";
 
 /** Every view, with a selector of its loaded content. */
 const VIEWS: [string, string][] = [
@@ -106,6 +106,45 @@ test.each(VIEWS)("the view %s has no English text, passes the check of axe, and 
   }
   await page.setViewportSize({ width: 1440, height: 900 });
   expect(errors).toEqual([]);
+});
+
+test("a German page says once that messages of the system and the help are in English", async () => {
+  const { page } = studio;
+  await show(page, "#/start");
+  await page.getByText(de["start.messagesAndHelpAreInEnglish"]).waitFor();
+});
+
+test("a change of the language asks nothing, and what the page has started keeps running", async () => {
+  const { page } = studio;
+  const choice = (name: string) => page.getByRole("combobox", { name, exact: true });
+  const asked: string[] = [];
+  const answer = (dialog: Dialog) => {
+    asked.push(dialog.type());
+    void dialog.accept();
+  };
+  page.on("dialog", answer);
+  const asks = () => page.evaluate(() => !window.dispatchEvent(new Event("beforeunload", { cancelable: true })));
+  expect(await asks()).toBe(false);
+  await show(page, "#/verbs/sway");
+  const form = page.locator("form.start");
+  await form.waitFor();
+  await form.locator("select").first().selectOption("ur5e.wrist_3");
+  await form.getByLabel("place").fill("0");
+  const rows = page.locator(".instances > li");
+  const before = await rows.count();
+  await command(form.getByRole("button", { name: de["verbs.start"], exact: true }), rows.nth(before));
+  // A page that is closed asks.
+  await expect.poll(asks).toBe(true);
+  await choice(de["language.language"]).selectOption("English");
+  await choice(en["language.language"]).waitFor();
+  expect(asked).toEqual([]);
+  await rows.nth(before).getByText("running", { exact: true }).waitFor();
+  // So does the reloaded page.
+  await expect.poll(asks).toBe(true);
+  await command(rows.nth(before).getByRole("button", { name: en["verbs.halt"] }), rows.nth(before).getByText("ended", { exact: true }));
+  await choice(en["language.language"]).selectOption(en["language.automatic"]);
+  await choice(de["language.language"]).waitFor();
+  page.off("dialog", answer);
 });
 
 test("a language that is chosen is kept, and the browser's returns with 'automatic'", async () => {

@@ -24,13 +24,14 @@ export class Control implements Source {
   readonly stream: Stream;
   readonly topics: Topics;
   readonly values: LiveValues;
-  readonly started = new StartedInstances();
+  readonly started: StartedInstances;
   readonly alarms: Alarming;
   readonly past = null;
   readonly #asker: Asker;
 
   constructor(token: string | null, version: Version) {
     this.met = new WatchedValue(version);
+    this.started = new StartedInstances(version.run, sessionStorage);
     this.#asker = { token, session: null };
     this.session = new Session(this.#asker);
     this.command = new Command(this.#asker, this.session.name.get);
@@ -143,7 +144,7 @@ export class Control implements Source {
     if (!isAnother) return;
     this.topics.renew();
     this.values.forget();
-    this.started.forget();
+    this.started.forget(version.run);
     this.restarts.set(this.restarts.get() + 1);
   }
 

@@ -73,6 +73,33 @@ test("texts of all languages have the same placeholders", () => {
   expect(blank).toEqual([]);
 });
 
+/** Words after a number that are the same for one and for several, in both languages. */
+const UNCHANGED = new Set([
+  "shell.countTimes",
+  "shell.andCountMore",
+  "flow.countFound",
+  "log.timesTimesFirstAtFirstS",
+  "log.newerNewer",
+  "recordings.lostLost",
+  "scope.hzOfCountValuesAtRate",
+  "scope.lostLost",
+  "scope.lostLostSkippedDiscarded",
+  "scope.skippedDiscardedScopeStopped",
+  "scope.stoppedSkippedDiscarded",
+  "start.enabledEnabled",
+  "start.faultsInFault",
+  "system.countRaised",
+]);
+
+test("a word that follows a number has its plural forms", () => {
+  const NUMBER = /\{(count|times|firings|lost|skipped|held|newer|enabled|faults|slew_limited)\} \p{L}/u;
+  const keys = (Object.keys(en) as Key[]).filter((key) => [en[key], de[key]].some((text) => typeof text === "string" && NUMBER.test(text)));
+  expect(keys.sort()).toEqual([...UNCHANGED].sort());
+  setTexts(de, "de");
+  expect([1, 2].map((count) => tr("verbs.countRunning", { count }))).toEqual(["läuft", "2 laufen"]);
+  expect([1, 2].map((count) => tr("system.countMissing", { count }))).toEqual(["1 fehlt", "2 fehlen"]);
+});
+
 test("every text is used", () => {
   const all = MODULES.map((module) => module.text).join("\n");
   const templates = [...all.matchAll(/tr(?:Nodes)?\(`([\w.]+)\$\{/g)].map(([, begin = ""]) => begin);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The page's language: chosen with the switch and kept in the browser, otherwise that of the browser. Module constants contain texts, so
-// the language is set before any other module of the page is loaded, and a change reloads the page.
+// the language is set before any other module of the page is loaded, and a change takes effect when the page is loaded again.
 import { setTexts, type Texts } from "./text";
 
 /** Languages of the page, with their own names and the files of their texts; English is part of the page. */
@@ -37,9 +37,8 @@ export async function applyLanguage(): Promise<void> {
   document.documentElement.lang = texts ? language : "en";
 }
 
-/** Keeps the choice of a language, null for that of the browser, and loads the page again. */
-export function chooseLanguage(next: Language | null): void {
+/** Keeps the choice of a language, null for that of the browser, for the next time that the page is loaded. */
+export function keepLanguage(next: Language | null): void {
   if (next === null) localStorage.removeItem(KEY);
   else localStorage.setItem(KEY, next);
-  location.reload();
 }

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-import { chooseLanguage, chosenLanguage, LANGUAGES, type Language } from "../language/language";
+import { chosenLanguage, keepLanguage, LANGUAGES, type Language } from "../language/language";
 import { tr } from "../language/text";
+import { reload } from "./cutOff";
 
-/** Choice of the page's language. A reloaded page continues its session, so what runs keeps running. */
+/** Choice of the page's language. */
 export function LanguageSwitch() {
   return (
     <label className="theme">
@@ -10,7 +11,10 @@ export function LanguageSwitch() {
       <select
         aria-label={tr("language.language")}
         value={chosenLanguage() ?? ""}
-        onChange={(event) => chooseLanguage((event.target.value || null) as Language | null)}
+        onChange={(event) => {
+          keepLanguage((event.target.value || null) as Language | null);
+          reload();
+        }}
       >
         <option value="">{tr("language.automatic")}</option>
         {Object.entries(LANGUAGES).map(([language, { name }]) => (

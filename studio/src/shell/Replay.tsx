@@ -49,7 +49,7 @@ function Progress(props: { of: Recording; state: Extract<State, { kind: "runs" }
   return (
     <>
       <progress aria-label={tr("shell.progressOfTheReplay")} max={1} value={Math.min(1, Math.max(0, part))} />
-      <span className="figures small">{tr("shell.firingsFirings", { part: percent(part), firings: count(state.firings) })}</span>
+      <span className="figures small">{tr("shell.firingsFirings", { part: percent(part), count: count(state.firings) })}</span>
     </>
   );
 }
@@ -60,7 +60,7 @@ function Found(props: { of: Recording; state: Extract<State, { kind: "over" }> }
   return (
     <span role="status">
       <Tag tone={isWhole ? "good" : "warn"}>{isWhole ? tr("shell.equal") : tr("shell.toTheEndOfItsData")}</Tag>{" "}
-      {tr("shell.firingsFiringsAllValuesEqualTo", { firings: count(firings) })}
+      {tr("shell.firingsFiringsAllValuesEqualTo", { count: count(firings) })}
       {message && `; ${message}`}
     </span>
   );

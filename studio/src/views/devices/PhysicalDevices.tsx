@@ -19,7 +19,7 @@ export function PhysicalDevices(props: { configuration: Configuration; now: Stat
         end={
           <>
             {state && state.slew_limited > 0 && (
-              <Tag tone="warn">{tr("devices.slewLimitedWritesSlewLimited", { slew_limited: state.slew_limited })}</Tag>
+              <Tag tone="warn">{tr("devices.slewLimitedWritesSlewLimited", { count: state.slew_limited })}</Tag>
             )}
             {state?.lost ? <Tag tone="bad">{tr("devices.lost")}</Tag> : <Tag tone="good">{tr("devices.connected")}</Tag>}
             <span className="quiet">{tr("devices.exchangedBySource", { source: device.source })}</span>

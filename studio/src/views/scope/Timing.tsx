@@ -55,7 +55,7 @@ export function Timing(props: { scope: Scope }) {
 function spectralText(rows: readonly Row[]): string {
   const of = rows.find((row) => row.spectrum)?.spectrum;
   if (!of) return tr("scope.hzNoSpectrumYetAtLeast");
-  const held = of.held > 0 ? tr("scope.heldOfThemRepeatThePrevious", { held: count(of.held) }) : "";
+  const held = of.held > 0 ? tr("scope.heldOfThemRepeatThePrevious", { count: count(of.held) }) : "";
   return tr("scope.hzOfCountValuesAtRate", { count: count(of.count), rate_hz: figures(of.rate_hz), held });
 }
 

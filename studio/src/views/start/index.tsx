@@ -5,7 +5,7 @@ import { askUntilAnswered } from "../../control/asking";
 import type { Configuration, Names, Statistics } from "../../control/shapes";
 import { Empty, Panel, Tag } from "../../design/parts";
 import { trNodes } from "../../language/nodes";
-import { tr } from "../../language/text";
+import { presentTexts, tr } from "../../language/text";
 import { useConfiguration } from "../../shell/configuration";
 import { useControl, useTopic } from "../../shell/context";
 import { addressOf } from "../../shell/route";
@@ -40,7 +40,10 @@ export default function Start() {
               </div>
             ))}
         </dl>
-        <p className="quiet">{trNodes("start.kbdListsTheKeys", { kbd: <kbd>?</kbd> })}</p>
+        <p className="quiet">
+          {trNodes("start.kbdListsTheKeys", { kbd: <kbd>?</kbd> })}
+          {presentTexts().language !== "en" && ` ${tr("start.messagesAndHelpAreInEnglish")}`}
+        </p>
       </Panel>
     </div>
   );

@@ -75,7 +75,7 @@ function DeviceLosses(props: { now: Statistics }) {
   return (
     <p className="quiet">
       {tr("system.slewLimitsHeldWritesBack")}{" "}
-      {limited.map(([name, device]) => tr("system.nameSlewLimitedTimes", { name, slew_limited: device.slew_limited })).join(", ")}.
+      {limited.map(([name, device]) => tr("system.nameSlewLimitedTimes", { name, count: device.slew_limited })).join(", ")}.
     </p>
   );
 }

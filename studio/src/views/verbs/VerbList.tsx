@@ -47,8 +47,7 @@ function Part(props: { title: string; verbs: VerbSummary[]; instances: Installed
                 </span>
                 {[...counts].map(([state, count]) => (
                   <Tag key={state} tone={stateTone(state)}>
-                    {count > 1 ? `${count} ` : ""}
-                    {trWord(state)}
+                    {state === "running" ? tr("verbs.countRunning", { count }) : `${count > 1 ? `${count} ` : ""}${trWord(state)}`}
                   </Tag>
                 ))}
               </a>

@@ -59,7 +59,7 @@ function Plotted(props: { scope: Scope; isStill: boolean }) {
             <span className="quiet">{channels.get(trace.channel)?.unit ?? ""}</span>
           </li>
         ))}
-        {lost > 0 && <li className="wrong">{tr("workspaces.lostValuesLost", { lost })}</li>}
+        {lost > 0 && <li className="wrong">{tr("workspaces.lostValuesLost", { count: lost })}</li>}
       </ul>
       {trouble && <p className="wrong">{trouble}</p>}
       <Refusals of={[...refused.values()].flat()} />

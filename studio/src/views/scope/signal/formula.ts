@@ -126,7 +126,10 @@ class Parser {
     this.#close();
     const [least, most] = known.arguments;
     if (given.length < least || given.length > most)
-      throw wrong(symbol, tr("scope.itTakesArguments", { part: least === most ? least : tr("scope.leastToMost", { least, most }) }));
+      throw wrong(
+        symbol,
+        tr("scope.itTakesArguments", { count: most, part: least === most ? least : tr("scope.leastToMost", { least, most }) }),
+      );
     return (of) => known.of(...given.map((one) => one(of)));
   }
 
