@@ -3,6 +3,7 @@
 import { type ReactNode, useId } from "react";
 import { type Refusal, refusalsOf } from "../control/refusals";
 import { tr } from "../language/text";
+import { nameParts } from "./nameParts";
 import "./parts.css";
 
 /** A panel of a view with a heading; `end` is shown at the right of the heading. */
@@ -29,10 +30,10 @@ export function Tag(props: { tone?: Tone; children: ReactNode; title?: string })
   );
 }
 
-/** A name from a program; it wraps only after `_`, `.` and `/`. */
+/** A name from a program, which wraps only between its parts. */
 export function Name(props: { of: string }) {
   // biome-ignore lint/suspicious/noArrayIndexKey: a part is known by its place
-  return props.of.split(/(?<=[_./])/).map((part, index) => [index > 0 && <wbr key={index} />, part]);
+  return nameParts(props.of).map((part, index) => [index > 0 && <wbr key={index} />, part]);
 }
 
 /** A text of a program in which words between backticks are code. */

@@ -2,7 +2,7 @@
 import { useEffect, useState } from "react";
 import { askUntilAnswered } from "../../control/asking";
 import type { ShownValue, SvvAbout } from "../../control/shapes";
-import { Tag } from "../../design/parts";
+import { Name, Tag } from "../../design/parts";
 import { Age } from "../../live/Age";
 import { LiveValue } from "../../live/LiveValue";
 import { useControl, useTopic } from "../../shell/context";
@@ -41,7 +41,7 @@ function ValueRow(props: { of: ShownValue }) {
   const limits = limitsText(of);
   return (
     <div className={`${wrong ? "beyond" : ""} ${isOld ? "old" : ""}`} data-value={of.name}>
-      <dt title={of.name}>{of.label || of.name}</dt>
+      <dt title={of.name}>{of.label || <Name of={of.name} />}</dt>
       <dd>
         <LiveValue name={of.name} type_text={about?.type_text} unit={unit} /> {wrong && <Tag tone="bad">{wrong}</Tag>}
         {isOld && <Age of={[of.name]} />}{" "}

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 
 import { Handle, type Node, type NodeProps, Position, useUpdateNodeInternals } from "@xyflow/react";
-import { memo, useEffect } from "react";
+import { type CSSProperties, memo, useEffect } from "react";
 import { nodeId } from "../../../design/nodeIds";
 import { Name } from "../../../design/parts";
 import { tr } from "../../../language/text";
-import { type Box, HEAD, inputsOf, outputsOf, type Port, portText, ROW } from "./drawing";
+import { type Box, HEAD, inputsOf, outputsOf, type Port, portText, ROW, titleSize } from "./drawing";
 import { sourceColour } from "./sources";
 
 export type BoxNode = Node<{ box: Box; toggle: ((box: string) => void) | undefined; wires: boolean }, "box">;
@@ -26,7 +26,7 @@ export const BoxView = memo(function BoxView(props: NodeProps<BoxNode>) {
       data-box={box.title}
     >
       <div className="box-head" style={{ height: HEAD }}>
-        <strong>
+        <strong style={{ "--title-size": `${titleSize(box).toFixed(1)}px` } as CSSProperties}>
           <Name of={box.title} />
         </strong>
         {box.opens && (

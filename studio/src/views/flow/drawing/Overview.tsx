@@ -12,7 +12,7 @@ import {
 } from "@xyflow/react";
 import { type CSSProperties, useEffect, useMemo, useRef } from "react";
 import { tr } from "../../../language/text";
-import { type Box, type Place, sizeOf } from "./drawing";
+import { type Box, type Place, sizeOf, TITLE_EDGE, TITLE_LETTER, titleSize } from "./drawing";
 
 /** Minimum number of boxes for which an overview map is shown. */
 const MAP_FROM = 12;
@@ -24,8 +24,8 @@ const [BESIDE_ZOOM, BELOW_FIND] = [64, 64];
 /** Minimum visible size of a box, px. */
 const SEEN = 20;
 const FAR_PX = 10;
-/** Width of a letter and height of a line, relative to the size of titles, and margin of a box. */
-const [LETTER, LINE, EDGE] = [0.66, 1.2, 14];
+/** Height of a line, relative to the size of titles; and the fraction of this size that is legible, to which long words are reduced. */
+const [LINE, REDUCED] = [1.2, 0.7];
 /** Minimum zoom at which the whole drawing is shown, and the step of the search for it. */
 const [WHOLE_MIN, STEP] = [0.3, 0.02];
 /** Options for fitting the whole drawing into view: not enlarged, and not covered by the zoom buttons. */
@@ -106,9 +106,9 @@ export function legibleFrom(boxes: Box[]): number {
 
 function isLegible(box: Box, zoom: number): boolean {
   const { width, height } = sizeOf(box);
-  const letters = Math.floor(((width - EDGE) * zoom) / (FAR_PX * LETTER));
+  const letters = Math.floor(((width - TITLE_EDGE) * zoom) / (FAR_PX * TITLE_LETTER));
   const lines = Math.floor((height * zoom) / (FAR_PX * LINE));
-  return box.title.length <= letters * lines;
+  return box.title.length <= letters * lines && titleSize(box) * zoom >= FAR_PX * REDUCED;
 }
 
 function boundsOf(boxes: Box[], places: ReadonlyMap<string, Place>): Rect {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
+import { nameParts } from "../../../design/nameParts";
 import { unitText } from "../../../design/units";
 import { tr } from "../../../language/text";
 // A data flow graph as it is drawn: boxes with ports, and wires between them. It is made from installed instances or from a draft.
@@ -94,6 +95,15 @@ export function sizeOf(box: Box): { width: number; height: number } {
   const letters = Math.max(box.title.length + (box.opens ? 3 : 0), box.about.length * 0.9, longest(inputs) + longest(outputs) + 4);
   const rows = Math.max(inputs.length, outputs.length);
   return { width: Math.min(320, Math.max(96, Math.ceil(letters * LETTER + 24))), height: HEAD + rows * ROW + FOOT };
+}
+
+/** Margin of a title within its box, and the width of a letter relative to its size. */
+export const [TITLE_EDGE, TITLE_LETTER] = [14, 0.66];
+
+/** Returns the maximum text size at which no part of a box's title is wider than the box, px: a title wraps only between its parts. */
+export function titleSize(box: Box): number {
+  const longest = Math.max(...nameParts(box.title).map((part) => part.length));
+  return (sizeOf(box).width - TITLE_EDGE) / (TITLE_LETTER * Math.max(1, longest));
 }
 
 /** Returns the distance of a port's centre from the top edge of its box. */
