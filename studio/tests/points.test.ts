@@ -108,7 +108,12 @@ test("a point is taught where the arm stands, and the program's file has it", as
   await panel(page).getByLabel("Tool").selectOption("gripper");
   await press(page, "Teach", "'in frame' was taught at the present position.");
   await row(page, "in frame").getByRole("cell", { name: "gripper" }).waitFor();
+  const all = await kept();
   expect(readFileSync(file(), "utf8")).toMatch(/"in frame" = \{ frame = "table", tool = "gripper", position/);
+  // The program has taught 'tray' in the same configuration of the arm.
+  const [inFrame, tray] = ["in frame", "tray"].map((name) => all.find((point) => point.name === name));
+  expect(tray?.configuration).toMatch(/^[+-]{3}$/);
+  expect([inFrame?.configuration, inFrame?.turns]).toEqual([tray?.configuration, tray?.turns]);
 });
 
 test("the arm goes to a point by joints, and in a line", async () => {

@@ -13,6 +13,7 @@ import type {
   Value,
 } from "../../control/shapes";
 import { tr } from "../../language/text";
+import { configurationOf } from "./configuration";
 import { SPEED_MAX, TURN_MAX } from "./toolJog";
 import { apart, composed, inverse, numbersOf, type Pose, poseOf, poseOfTurns, rollPitchYaw, toolPose, type Vector } from "./toolPose";
 
@@ -68,7 +69,8 @@ export function taughtAt(
   const of = tool === null ? undefined : frameOf(points.tools, tool);
   const flange = composed(toolPose(chain, q), inverse(poseOf(chain.tool)));
   const place = composed(inverse(within), composed(flange, of ?? poseOf(chain.tool)));
-  return { ...kept, frame, tool, position: place.place, rpy_deg: rollPitchYaw(place).map((angle) => angle * DEGREES) as Vector };
+  const rpy_deg = rollPitchYaw(place).map((angle) => angle * DEGREES) as Vector;
+  return { ...kept, frame, tool, position: place.place, rpy_deg, ...configurationOf(chain, q) };
 }
 
 function frameOf(of: readonly NamedFrame[], name: string): Pose | null {

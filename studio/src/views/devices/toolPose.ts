@@ -13,7 +13,7 @@ export interface Pose {
 }
 
 /** Kinds of joints in a chain. */
-const HINGE = 1;
+export const HINGE = 1;
 const SLIDE = 2;
 /** Sine of the minimum angle from a pitch of 90 degrees at which roll and yaw can be distinguished. */
 const UPRIGHT = 1e-9;
@@ -33,7 +33,8 @@ export function toolPose(chain: ChainDescription, q: readonly number[]): Pose {
   return composed(composed(pose, poseOf(chain.home)), poseOf(chain.tool));
 }
 
-function displacement(kind: number | undefined, axis: Vector, anchor: Vector, q: number): Pose | null {
+/** Returns the motion of the parts beyond a joint; null if the joint does not move the tool. */
+export function displacement(kind: number | undefined, axis: Vector, anchor: Vector, q: number): Pose | null {
   if (kind === SLIDE) return { place: scaled(axis, q), turn: rotation(axis, 0) };
   if (kind !== HINGE) return null;
   const turn = rotation(axis, q);
@@ -118,12 +119,12 @@ function rotation([x, y, z]: Vector, angle: number): Turn {
   ];
 }
 
-function vector(of: readonly number[] | undefined): Vector {
+export function vector(of: readonly number[] | undefined): Vector {
   const [x = 0, y = 0, z = 0] = of ?? [];
   return [x, y, z];
 }
 
-function applied(turn: Turn, to: Vector): Vector {
+export function applied(turn: Turn, to: Vector): Vector {
   return turn.map((row) => row[0] * to[0] + row[1] * to[1] + row[2] * to[2]) as Vector;
 }
 
@@ -131,7 +132,7 @@ function add(a: Vector, b: Vector): Vector {
   return [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 }
 
-function subtract(a: Vector, b: Vector): Vector {
+export function subtract(a: Vector, b: Vector): Vector {
   return [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
 }
 
