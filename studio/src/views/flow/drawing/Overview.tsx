@@ -25,7 +25,7 @@ const [BESIDE_ZOOM, BELOW_FIND] = [64, 64];
 const SEEN = 20;
 const FAR_PX = 10;
 /** Height of a line, relative to the size of titles; and the fraction of this size that is legible, to which long words are reduced. */
-const [LINE, REDUCED] = [1.2, 0.7];
+const [LINE, REDUCED] = [1.2, 0.9];
 /** Minimum zoom at which the whole drawing is shown, and the step of the search for it. */
 const [WHOLE_MIN, STEP] = [0.3, 0.02];
 /** Options for fitting the whole drawing into view: not enlarged, and not covered by the zoom buttons. */
