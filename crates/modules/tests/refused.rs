@@ -50,7 +50,7 @@ fn a_shared_object_that_is_no_module() {
 #[test]
 fn another_abi_version() {
     let object = shared("refused-abi", "static const unsigned table[32] = {77}; const void *opengpac_module(void) { return table; }");
-    for probe in [options().probe, Probe::of(["python3".into(), "-c".into(), PYTHON_PROBE.into()])] {
+    for probe in [options().probe, Probe::python("python3")] {
         let error = load(&object, &LoadOptions { probe, ..options() }).unwrap_err();
         assert!(matches!(error, LoadError::AbiVersion { module: 77, here: opengpac::abi::ABI, .. }), "{error}");
     }
@@ -194,10 +194,43 @@ fn a_rebuilt_module_is_loaded_beside_the_old_one() {
     assert_eq!((y(&old), y(&new)), (2.0, -2.0));
 }
 
+/// Shell as a probe: it appends a line to a file, and reports that the module is sound.
+fn counted(count: &Path) -> LoadOptions {
+    let script = format!("echo >> '{}'; echo ok", count.display());
+    LoadOptions { probe: Probe::of(["sh".into(), "-c".into(), script.into()]), ..options() }
+}
+
+#[test]
+fn the_same_bytes_are_tried_once_by_a_process() {
+    let (object, folder) = (built("refused-again", GAIN), folder("refused-again-count"));
+    let count = folder.join("count");
+    let tried = || std::fs::read(&count).map_or(0, |lines| lines.len());
+    let _ = std::fs::remove_file(&count);
+    for _ in 0..3 {
+        load(&object, &counted(&count)).unwrap();
+        assert_eq!(tried(), 1, "known bytes");
+    }
+    load(&built("refused-again-other", &GAIN.replace("2.0", "3.0")), &counted(&count)).unwrap();
+    assert_eq!(tried(), 2, "other bytes");
+    load(&object, &options()).unwrap();
+    assert!(load(&object, &LoadOptions { probe: Probe::of(["/nowhere/probe".into()]), ..options() }).is_err(), "another probe");
+    let wrong = shared("refused-again-wrong", "int f(void) { return 1; }");
+    for times in 3..5 {
+        assert!(matches!(load(&wrong, &counted(&count)), Err(LoadError::NotAModule { .. })));
+        assert_eq!(tried(), times, "a file that is refused is tried again");
+    }
+}
+
+#[test]
+fn a_process_that_receives_what_was_tried_starts_no_child() {
+    let module = load(&built("refused-unneeded", GAIN), &LoadOptions { probe: Probe::unneeded(), ..options() }).unwrap();
+    assert_eq!(module.blocks[0].name, "gain");
+}
+
 #[test]
 fn the_python_probe_does_the_same() {
     assert!(PYTHON_PROBE.contains(&format!("if u32(table) != {}:", opengpac::abi::ABI)), "the probe knows this version of the ABI");
-    let options = LoadOptions { probe: Probe::of(["python3".into(), "-c".into(), PYTHON_PROBE.into()]), ..options() };
+    let options = LoadOptions { probe: Probe::python("python3"), ..options() };
     let module = load(&built("refused-python", GAIN), &options).unwrap();
     assert_eq!(module.blocks[0].name, "gain");
     let error = load(&shared("refused-python-other", "int f(void) { return 1; }"), &options).unwrap_err();

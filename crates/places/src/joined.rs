@@ -204,7 +204,7 @@ pub fn join(system: &str, options: JoinOptions, python: OsString, stop: &dyn Fn(
                 let link: Arc<dyn Link> = hosts.link(&listener, number).map_err(|why| why.message)?.into();
                 let shared = SharedMemory::new(&format!("{system}-{name}"), run).map_err(text)?;
                 let closing = link.clone();
-                let (clocks, probe) = (hosts.clone(), Probe::of([python.clone(), "-I".into(), "-c".into(), modules::PYTHON_PROBE.into()]));
+                let (clocks, probe) = (hosts.clone(), Probe::python(python.clone()));
                 let reaches = Reaches { host: Some(Box::new(shared) as Box<dyn Ends>), network: Some(Box::new(hosts.clone()) as Box<dyn Ends>) };
                 let epoch = move |listener_ns: i64| {
                     let epoch_ns = clocks.here_ns(listener_ns);

@@ -23,11 +23,9 @@ pub(crate) fn text(why: impl std::fmt::Display) -> String {
     why.to_string()
 }
 
-/// Environment variables passed to a process with its link: name of the system, number of its run, and interpreter that tries code
-/// modules.
+/// Environment variables passed to a process with its link: name of the system, and number of its run.
 pub(crate) const SYSTEM: &str = "OPENGPAC_SYSTEM_NAME";
 pub(crate) const RUN: &str = "OPENGPAC_SYSTEM_RUN";
-pub(crate) const PYTHON: &str = "OPENGPAC_PYTHON";
 /// Further variables: the name of the process (its processor, or the common name of several), and the path at which a supervisor that
 /// takes it over finds the guard.
 pub(crate) const PROCESSOR: &str = "OPENGPAC_PROCESSOR";

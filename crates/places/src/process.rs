@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Main function of a process that was started for a processor.
 use crate::door::{Belongings, ProcessWatchers, SocketDoor, black_box_of};
-use crate::{BLACK_BOX, GUARD, GUARD_HEART, HANDLES, HEART, LINK, PROCESSOR, PYTHON, RUN, SUPERVISOR_HEART, SYSTEM, text};
+use crate::{BLACK_BOX, GUARD, GUARD_HEART, HANDLES, HEART, LINK, PROCESSOR, RUN, SUPERVISOR_HEART, SYSTEM, text};
 use guard::send_handles;
 use interconnect::{Ends, Link};
 use kernel::Device;
@@ -9,7 +9,6 @@ use modules::Probe;
 use process_kit::{Heartbeat, UnixLink};
 use rtp::{Reaches, Service, Terms};
 use shared_memory::SharedMemory;
-use std::ffi::OsString;
 use std::os::fd::OwnedFd;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -28,7 +27,6 @@ pub fn processor() -> Result<(), String> {
     let variable = |name: &str| std::env::var(name).map_err(|_| format!("the environment has no {name}: a system starts this process"));
     let run: u64 = variable(RUN)?.parse().map_err(|_| format!("{RUN} is not a number"))?;
     let shared = SharedMemory::new(&variable(SYSTEM)?, run).map_err(text)?;
-    let python = variable(PYTHON)?;
     let handles = UnixLink::from_descriptor(inherited(HANDLES)?).map_err(text)?;
     let heart = Arc::new(Heartbeat::received(inherited(HEART)?).map_err(text)?);
     guard::canary::sing(heart.clone()).map_err(text)?;
@@ -43,7 +41,7 @@ pub fn processor() -> Result<(), String> {
         unwatched: Arc::new(move |patience| looking.is_unwatched(patience)),
         rests: Arc::new(move |span| resting.rests(span)),
         leaves: true,
-        ..Terms::new(Probe::of([OsString::from(python), "-I".into(), "-c".into(), modules::PYTHON_PROBE.into()]))
+        ..Terms::new(Probe::unneeded())
     };
     let reaches = Reaches { host: Some(Box::new(shared) as Box<dyn Ends>), network: None };
     let black_box = Some(black_box_of(inherited(BLACK_BOX)?)?);

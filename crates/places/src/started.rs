@@ -3,7 +3,7 @@
 use crate::adopting::{self, Enter, WaitingProcess};
 use crate::guarding::{GuardedProcess, Guarding, WatchedProcess};
 use crate::telling::Telling;
-use crate::{BLACK_BOX, BLACK_BOX_SOURCES, GUARD, GUARD_HEART, HANDLES, HEART, LINK, PROCESSOR, PYTHON, RUN, SUPERVISOR_HEART, SYSTEM, text};
+use crate::{BLACK_BOX, BLACK_BOX_SOURCES, GUARD, GUARD_HEART, HANDLES, HEART, LINK, PROCESSOR, RUN, SUPERVISOR_HEART, SYSTEM, text};
 use interconnect::{Ends, Link};
 use kernel::{BLACK_BOX_LEN, NO_STEP, RETIRED};
 use process_kit::{Child, Heartbeat, Launch, Status, UnixLink};
@@ -151,7 +151,6 @@ impl rtp::Places for Places {
             .descriptor(BLACK_BOX, black_box.descriptor().map_err(text)?)
             .variable(SYSTEM, &self.system)
             .variable(RUN, self.run.to_string())
-            .variable(PYTHON, &self.commands.python)
             .variable(PROCESSOR, name)
             .real_time_max(REAL_TIME_MAX);
         if let Some(path) = self.guarding.path() {

@@ -64,7 +64,7 @@ impl Run {
     pub(crate) fn with_code(path: &Path, asked: ReplayOptions, others: Vec<(String, Vec<u8>)>) -> Result<Run, String> {
         asked.trust.check_file(path)?;
         let until = asked.until.as_deref().map(Condition::read).transpose()?;
-        let probe = modules::Probe { command: probe(&asked.python), ..modules::Probe::default() };
+        let probe = probe(&asked.python);
         let runner = if others.is_empty() {
             Runner::One(Box::new(Player::new(Box::new(rtp::Code::new(probe)))))
         } else {
@@ -196,10 +196,10 @@ impl Run {
     }
 }
 
-fn probe(python: &str) -> Vec<std::ffi::OsString> {
+fn probe(python: &str) -> modules::Probe {
     match python {
-        "" => modules::Probe::default().command,
-        python => vec![python.into(), "-c".into(), modules::PYTHON_PROBE.into()],
+        "" => modules::Probe::default(),
+        python => modules::Probe::python(python),
     }
 }
 

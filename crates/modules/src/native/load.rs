@@ -14,7 +14,7 @@ use opengpac::floats::Words;
 use opengpac::read::{ModuleFace, Refusal};
 use std::path::Path;
 
-/// Tries the bytes of a shared object in a child process, then loads them here.
+/// Tries the bytes of a shared object in a child process, unless they are known to be sound, then loads them here.
 pub(crate) fn load_bytes(path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> Result<LoadedModule, LoadError> {
     let here = || path.to_path_buf();
     if seal::check(&bytes) == Seal::Broken {
@@ -28,7 +28,9 @@ pub(crate) fn load_bytes(path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> 
     let name = module_name(path);
     let copy = folder.path().join(format!("{name}.so"));
     std::fs::write(&copy, &bytes).map_err(|error| LoadError::Unreadable { path: copy.clone(), what: error.to_string() })?;
-    judge(path, options.probe.run(&copy), options)?;
+    if !options.probe.knows(&bytes) {
+        judge(path, options.probe.run(&copy), options)?;
+    }
     let words = Words::present();
     let opened = open(path, &copy);
     let changed_floats = Words::present() != words;
@@ -36,6 +38,7 @@ pub(crate) fn load_bytes(path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> 
         words.set();
     }
     let mut face = opened?;
+    options.probe.remember(&bytes);
     let marks = if floats::can_change(&file) { mark::LOADED | mark::FLOATS } else { mark::LOADED };
     face.blocks.iter_mut().for_each(|block| block.descriptor = marked(block.descriptor, marks));
     let ModuleFace { blocks, types, target, compiler } = face;
@@ -67,7 +70,7 @@ fn judge(path: &Path, finding: Finding, options: &LoadOptions) -> Result<(), Loa
 /// Loads the copy that a child process has loaded without crashing.
 fn open(path: &Path, copy: &Path) -> Result<ModuleFace, LoadError> {
     let here = || path.to_path_buf();
-    // SAFETY: a child process has just loaded these bytes, run their initialisation and walked their tables.
+    // SAFETY: a child process has loaded these bytes, run their initialisation and walked their tables.
     let library = unsafe { Library::open(Some(copy), RTLD_NOW | RTLD_LOCAL) }.map_err(|error| LoadError::Damaged { path: here(), what: error.to_string() })?;
     // SAFETY: the symbol has this type in every version of the ABI.
     let entry = unsafe { library.get::<unsafe extern "C" fn() -> *const Module>(MODULE_SYMBOL.as_bytes()) }.map(|symbol| *symbol);

@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Sacrificial child that loads a module and walks its tables, so that a bad file crashes the child instead of this process.
 
+use std::collections::HashSet;
 use std::ffi::{OsStr, OsString};
+use std::hash::{BuildHasher, RandomState};
 use std::io::Read;
 use std::os::unix::process::ExitStatusExt;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{LazyLock, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Probe in Python, for installations that have the interpreter but not `opengpac-probe`: `[sys.executable, "-c", PYTHON_PROBE]`.
-/// Requires only the standard library.
+/// Probe in Python, for installations that have the interpreter but not `opengpac-probe`: [`Probe::python`]. Requires only the standard
+/// library.
 pub const PYTHON_PROBE: &str = include_str!("probe.py");
 
 /// Command of the child, to which the path of the module is appended. It prints one line: `ok`, `abi N`, `nosymbol`, `noload TEXT` or
@@ -20,7 +23,14 @@ pub struct Probe {
     pub command: Vec<OsString>,
     /// Time limit for the child.
     pub limit: Duration,
+    /// False if no child is started, because the sender of a file has tried it on this host.
+    pub is_needed: bool,
 }
+
+/// Lengths and hashes of the files that this process has loaded after a child found them sound; the child's command is hashed too.
+static SOUND: LazyLock<Mutex<HashSet<(usize, u64)>>> = LazyLock::new(Default::default);
+/// Random key of these hashes.
+static KEY: LazyLock<RandomState> = LazyLock::new(RandomState::new);
 
 impl Default for Probe {
     /// Returns `opengpac-probe` if it is next to this program, otherwise the Python probe with `python3`; the limit is 10 s.
@@ -28,7 +38,7 @@ impl Default for Probe {
         let beside = std::env::current_exe().ok().map(|program| program.with_file_name("opengpac-probe")).filter(|program| program.is_file());
         match beside {
             Some(program) => Probe::of([program.into_os_string()]),
-            None => Probe::of(["python3".into(), "-c".into(), PYTHON_PROBE.into()]),
+            None => Probe::python("python3"),
         }
     }
 }
@@ -49,7 +59,32 @@ pub enum Finding {
 impl Probe {
     /// Creates a probe with this command and a limit of 10 s.
     pub fn of(command: impl IntoIterator<Item = OsString>) -> Probe {
-        Probe { command: command.into_iter().collect(), limit: Duration::from_secs(10) }
+        Probe { command: command.into_iter().collect(), limit: Duration::from_secs(10), is_needed: true }
+    }
+
+    /// Creates the probe in Python, run by this interpreter without the user's packages: they take half of its start-up time.
+    pub fn python(interpreter: impl Into<OsString>) -> Probe {
+        Probe::of([interpreter.into(), "-I".into(), "-S".into(), "-c".into(), PYTHON_PROBE.into()])
+    }
+
+    /// Returns a probe that starts no child, for a process that only receives files which a supervisor on this host has tried.
+    pub fn unneeded() -> Probe {
+        Probe { is_needed: false, ..Probe::of([]) }
+    }
+
+    /// Returns true if these bytes need no trial: this process has loaded the same bytes after such a trial, or their sender has tried
+    /// them.
+    pub(super) fn knows(&self, bytes: &[u8]) -> bool {
+        !self.is_needed || SOUND.lock().unwrap_or_else(PoisonError::into_inner).contains(&self.key(bytes))
+    }
+
+    /// Remembers bytes that have been loaded after a trial.
+    pub(super) fn remember(&self, bytes: &[u8]) {
+        SOUND.lock().unwrap_or_else(PoisonError::into_inner).insert(self.key(bytes));
+    }
+
+    fn key(&self, bytes: &[u8]) -> (usize, u64) {
+        (bytes.len(), KEY.hash_one((&self.command, bytes)))
     }
 
     /// Loads the file in a child. Blocks until the child has finished, at most until the time limit.

@@ -6,12 +6,11 @@ use model::interface::Interface;
 use model::refusal::{Class, Refusals, SourceLocation};
 use modules::{BuildError, BuildOptions, LoadError, LoadOptions, Probe};
 use opengpac::read::{BlockFace, TypeFace};
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 /// Loads a module; fails with `ModuleError` if the file is faulty.
 pub fn load(path: &Path, python: &str) -> Result<modules::LoadedModule, Refusals> {
-    let options = LoadOptions { probe: probe(python), build: BuildOptions { python: Some(python.into()), ..BuildOptions::default() } };
+    let options = LoadOptions { probe: Probe::python(python), build: BuildOptions { python: Some(python.into()), ..BuildOptions::default() } };
     modules::load(path, &options).map_err(|error| {
         let place = match &error {
             LoadError::BuildFailed { file, line, .. } => Some(SourceLocation { file: file.display().to_string(), line: *line }),
@@ -23,10 +22,6 @@ pub fn load(path: &Path, python: &str) -> Result<modules::LoadedModule, Refusals
         };
         refuse_at(Class::ModuleError, message, "", place)
     })
-}
-
-fn probe(python: &str) -> Probe {
-    Probe::of([OsString::from(python), "-I".into(), "-c".into(), modules::PYTHON_PROBE.into()])
 }
 
 /// Compiles C or C++ sources into a code module and returns its path.
