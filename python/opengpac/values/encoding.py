@@ -20,6 +20,8 @@ _FORMATS = {
     "uint8_t": "<B", "uint16_t": "<H", "uint32_t": "<I", "uint64_t": "<Q",
 }  # fmt: skip
 """Formats with which `struct` reads C scalars."""
+_TEXT_OR_WHOLE = frozenset({bool, int, str})
+"""Types whose values are plain as they are."""
 
 
 def dtype_of(tree: Mapping[str, Any]) -> np.dtype[Any]:
@@ -77,6 +79,11 @@ def plain(value: Any, what: str = "the value") -> Any:
     >>> plain(np.array([1.0, 2.0])), plain((1, True)), plain("20 ms")
     ([1.0, 2.0], [1, True], '20 ms')
     """
+    kind = type(value)
+    if kind in _TEXT_OR_WHOLE or (kind is float and math.isfinite(value)):
+        return value
+    if kind is list or kind is tuple:
+        return [plain(v, what) for v in value]
     if is_masked(value):
         first = int(np.flatnonzero(np.ma.getmaskarray(value))[0])
         masked = "a masked value" if np.ndim(value) == 0 else f"an array whose element {first} (from 0) is masked"
