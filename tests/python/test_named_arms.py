@@ -14,6 +14,7 @@ import pytest
 import opengpac as gpac
 from opengpac import cli
 from opengpac.robots.catalogue import ARMS, ELSEWHERE, EXTRA, KNOWN, OWN, NamedArm
+from tool_path import places
 
 TRIED = [name for name, arm in KNOWN.items() if arm.package.name in (*EXTRA, OWN)]
 STEP = 0.1
@@ -48,7 +49,7 @@ def reach(arm: gpac.robots.Arm) -> float:
     shoulder = start + direction * (direction @ (np.array(second.point) - start))
     low, high = np.clip(arm.values("position_min"), -np.pi, None), np.clip(arm.values("position_max"), None, np.pi)
     poses = low + (high - low) * np.random.default_rng(1).random((500, len(arm)))
-    return max(float(np.linalg.norm(np.array(arm.forward(pose.tolist()).position) - shoulder)) for pose in poses)
+    return float(np.linalg.norm(places(arm, poses) - shoulder, axis=1).max())
 
 
 def test_there_are_fifteen_of_the_extra_and_each_names_its_source() -> None:

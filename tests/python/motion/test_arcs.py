@@ -17,6 +17,7 @@ import pytest
 import opengpac as gpac
 from opengpac import motion
 from opengpac.motion import ArcRefused, move_circular
+from tool_path import places
 
 ON_THE_ARC = 1e-6
 """Maximum distance of a set-point from its circle, m."""
@@ -73,7 +74,7 @@ class Circle:
 
 def track(arm: gpac.robots.Arm, since: float) -> np.ndarray:
     """Returns the positions of the tool commanded since a time."""
-    return np.array([arm.forward(q).position for q in commanded(arm, since)])
+    return places(arm, commanded(arm, since))
 
 
 def check_limits(arm: gpac.robots.Arm, since: float) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import opengpac as gpac
+import tool_path
 from opengpac.motion import LineRefused, PathRefused, follow, follow_linear, move_linear
 
 
@@ -70,7 +71,7 @@ def test_a_turn_in_place_and_a_line_of_no_length(arm: gpac.robots.Arm) -> None:
     start, since = arm.pose(), arm.system.now
     goal = start @ gpac.Pose(rpy=(0, 0, "60 deg"))
     assert move_linear(arm, goal, angular_speed="45 deg/s").duration > 60 / 45
-    places = np.array([arm.forward(q).position for q in sensed(arm, since)[::20]])
+    places = tool_path.places(arm, sensed(arm, since)[::20])
     assert np.linalg.norm(places - start.position, axis=1).max() < 1e-3
     assert arm.pose().angle(goal) < 1e-3
     assert move_linear(arm, goal).duration < 0.2
@@ -140,7 +141,7 @@ def test_a_suspended_line_stands_still_and_goes_on_straight(arm: gpac.robots.Arm
     moving.resume()
     moving.wait()
     assert arm.pose().distance(goal) < 1e-4
-    places = np.array([arm.forward(q).position for q in sensed(arm, since)[::10]])
+    places = tool_path.places(arm, sensed(arm, since)[::10])
     assert off_the_line(places, start.position, goal.position) < 1e-3
     check_speeds(arm, since)
 
@@ -150,7 +151,7 @@ def test_the_tool_follows_poses_within_the_blend(arm: gpac.robots.Arm) -> None:
     shifts = [(0.1, 0, 0), (0.1, -0.2, 0), (0.1, -0.2, -0.15), (0, 0, 0)]
     poses = [gpac.Pose(shift) @ start @ gpac.Pose(rpy=(0, 0, turn)) for shift, turn in zip(shifts, (0, 0.4, 0.4, 0), strict=True)]
     smooth = follow_linear(arm, poses, blend=0.015, speed=0.2)
-    places = np.array([arm.forward(q).position for q in sensed(arm, since)[::5]])
+    places = tool_path.places(arm, sensed(arm, since)[::5])
     for pose in poses:
         assert np.linalg.norm(places - pose.position, axis=1).min() < 0.016
     corners = [start, *poses]
@@ -260,7 +261,7 @@ def test_a_halt_and_a_time_limit_bring_it_to_rest_on_its_way(arm: gpac.robots.Ar
         assert np.abs(np.array(arm.values("sensed")) - away).min() > 0.1
     else:
         assert start.distance(arm.pose()) < start.distance(goal) - 0.02
-        places = np.array([arm.forward(q).position for q in sensed(arm, since)[::10]])
+        places = tool_path.places(arm, sensed(arm, since)[::10])
         assert off_the_line(places, start.position, goal.position) < 1e-3
     speeds = np.diff(commanded(arm, since), axis=0) / 0.02
     assert np.abs(speeds[-1]).max() < 0.15

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import opengpac as gpac
+import tool_path
 from opengpac import activate, library, on
 from opengpac.motion import follow, follow_linear, follow_long, move_absolute, speeds
 
@@ -149,7 +150,7 @@ def test_a_long_path_of_the_tool_passes_its_poses(arm: gpac.robots.Arm) -> None:
     assert (moved.condition, moved.verb) == ("arrived", "follow_linear_long")
     setpoints = commanded(arm, since)
     check_limits(arm, setpoints)
-    places = np.array([arm.forward(q).position for q in setpoints[::5]]) - np.array(start.position)
+    places = tool_path.places(arm, setpoints[::5]) - np.array(start.position)
     radius = np.hypot(places[:, 0] + 0.1, places[:, 1])
     assert np.abs(radius - 0.1).max() < 2e-4
     assert np.abs(places[:, 2]).max() < 1e-4

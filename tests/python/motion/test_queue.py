@@ -12,6 +12,7 @@ import pytest
 import opengpac as gpac
 from opengpac import motion
 from opengpac.motion import MoveRefused
+from tool_path import places
 
 HOME = gpac.deg([0, -90, 90, -90, -90, 0])
 
@@ -89,7 +90,7 @@ def test_the_path_is_the_same_at_any_speed_paused_and_run_back(arm: gpac.robots.
                 assert np.array_equal(arm.values("commanded"), stands), "it rests on its path"
                 moves.rate, arm.override = 1.0, 1.0
         motion.move_absolute(arm, HOME)
-        return np.array([list(arm.forward(q).position) for q in commanded(arm, since)])
+        return places(arm, commanded(arm, since))
 
     plain, changed = travel(False), travel(True)
     # Both are points of one curve: each of the second is near a chord of the first.

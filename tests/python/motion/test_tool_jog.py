@@ -11,6 +11,7 @@ import pytest
 
 import opengpac as gpac
 from opengpac.motion import JogBlocked, jog_linear, move_absolute, stop
+from tool_path import places
 
 TICK_S = 0.02
 
@@ -76,7 +77,7 @@ def test_the_speed_along_an_axis_is_held(arm: gpac.robots.Arm, in_tool: bool) ->
         assert arm.pose().angle(start) < 1e-3
     rows = setpoints(arm, since)
     check_limits(arm, rows)
-    tool = np.array([arm.forward(q).position for q in rows])
+    tool = places(arm, rows)
     speeds = np.linalg.norm(np.diff(tool, axis=0), axis=1) / TICK_S
     assert speeds.max() == pytest.approx(0.05, abs=1e-5)
     assert np.count_nonzero(np.abs(speeds - 0.05) < 1e-5) > 3 * 35, "most of the way at that speed"
@@ -108,7 +109,7 @@ def test_a_button_that_is_let_go_brings_it_to_rest_on_its_line(arm: gpac.robots.
     assert jogging.wait().condition == "stopped"
     rows = setpoints(arm, since)
     check_limits(arm, rows)
-    tool = np.array([arm.forward(q).position for q in rows])
+    tool = places(arm, rows)
     assert np.abs((tool - start)[:, [0, 2]]).max() < 1e-6, "it stays on its line while it slows down"
     assert tool[-1][1] - start[1] < 0.6 * 0.2 + 0.25 * 0.2 + 0.06
 
