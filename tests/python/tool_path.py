@@ -19,7 +19,7 @@ def poses(arm: gpac.robots.Arm, rows: Any) -> np.ndarray:
         return np.zeros((0, 7))
     found = library.block("forward_kinematics").run(n=len(arm), chain=arm.kinematics.chain, q=given)
     assert found.fault is None
-    assert np.array_equal(found.pose[-1], [*arm.forward(given[-1])])
+    assert [*gpac.Pose.of(found.pose[-1])] == [*arm.forward(given[-1])]
     return found.pose
 
 
