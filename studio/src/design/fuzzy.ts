@@ -33,8 +33,9 @@ function bestFrom(letters: string, text: string, letter: number, from: number, k
   return best;
 }
 
-/** Returns at most `most` names that match `typed`, best first. */
+/** Returns at most `most` names that match `typed`, best first; if nothing is typed, the first names in their order. */
 export function found(typed: string, names: readonly string[], most: number): string[] {
+  if (typed.trim() === "") return names.slice(0, most);
   return names
     .map((name) => ({ name, score: score(typed, name) }))
     .filter((one): one is { name: string; score: number } => one.score !== null)

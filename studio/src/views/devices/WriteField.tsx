@@ -7,6 +7,9 @@ import { tr } from "../../language/text";
 import { useAction, useControl } from "../../shell/context";
 import { valueFrom, wrongText } from "../verbs/fields";
 
+/** Maximum length of a text that is whole in the empty field. */
+const PLACEHOLDER_MAX = 9;
+
 /** Field that writes an SVV with a range, which programming systems may write. */
 export function WriteField(props: { name: string; type_text: string; within: Within }) {
   const control = useControl();
@@ -14,6 +17,8 @@ export function WriteField(props: { name: string; type_text: string; within: Wit
   const [text, setText] = useState("");
   const value = valueFrom(text, props.type_text);
   const wrong = wrongText(text, props.type_text);
+  const { within } = props;
+  const range = typeof within === "string" ? within : tr("devices.withinToWithin2", { within: within[0], within2: within[1] });
   return (
     <form
       className="write"
@@ -28,11 +33,9 @@ export function WriteField(props: { name: string; type_text: string; within: Wit
         aria-label={tr("devices.newValueOfName", { name: props.name })}
         size={7}
         value={text}
-        placeholder={
-          typeof props.within === "string"
-            ? props.within
-            : tr("devices.withinToWithin2", { within: props.within[0], within2: props.within[1] })
-        }
+        title={range}
+        // A longer range would be cut off.
+        placeholder={range.length <= PLACEHOLDER_MAX ? range : ""}
         onChange={(event) => setText(event.target.value)}
       />
       <button type="submit" disabled={action.busy || value === undefined || wrong !== null}>

@@ -19,8 +19,11 @@ const SHOWN_MAX = 200;
 
 /** The recordings in the system's recordings folder, newest first, each with a description and a button that opens it. */
 export function Files(props: { begun: RunningRecording[]; changed: (one: RunningRecording, now: RunningRecording) => void }) {
+  const live = useLive();
   const { files, refusals } = useFiles();
   const [text, setText] = useState("");
+  // Without the right to record, a page has no folder either, which is not an error.
+  const isWithout = !live.may("configure") && refusals.some((one) => one.class === "NotAllowed");
   const found = (files ?? []).filter((file) => file.name.toLowerCase().includes(text.toLowerCase()));
   return (
     <Panel
@@ -35,7 +38,7 @@ export function Files(props: { begun: RunningRecording[]; changed: (one: Running
         />
       }
     >
-      <Refusals of={refusals} />
+      {isWithout ? <p className="quiet">{tr("recordings.thisPageHasNoFolder")}</p> : <Refusals of={refusals} />}
       {files !== null && files.length === 0 && (
         <Empty title={tr("recordings.noRecordingsYet")}>{tr("recordings.startOneAboveOrInA")}</Empty>
       )}

@@ -2,6 +2,7 @@
 
 import { useCallback, useEffect, useId, useState } from "react";
 import { Empty, Panel, Refusals } from "../../design/parts";
+import { trNodes } from "../../language/nodes";
 import { tr } from "../../language/text";
 import { useAction, useLive, useTopic } from "../../shell/context";
 import { completedName, freshName, keepRecordings, keptRecordings, namesIn, type RunningRecording, sizeText } from "./begun";
@@ -26,7 +27,9 @@ export default function Recordings() {
       {control.may("configure") ? (
         <Begin begun={(one) => put([one, ...all])} />
       ) : (
-        <Empty title={tr("recordings.recordingIsNotAllowed")}>{tr("recordings.itsRoleIsRoleRecordingNeeds", { role: control.role })}</Empty>
+        <Empty title={tr("recordings.recordingIsNotAllowed")}>
+          {trNodes("recordings.itsRoleIsRoleRecordingNeeds", { role: control.role, code: <code>opengpac studio --role configure …</code> })}
+        </Empty>
       )}
       <Files begun={all} changed={(one, now) => put(all.map((other) => (other === one ? now : other)))} />
     </div>
@@ -63,7 +66,7 @@ function Begin(props: { begun: (one: RunningRecording) => void }) {
   return (
     <Panel title={tr("recordings.record")}>
       <form
-        className="stack"
+        className="stack record"
         onSubmit={(event) => {
           event.preventDefault();
           void begin();

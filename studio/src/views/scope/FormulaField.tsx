@@ -32,7 +32,7 @@ export function FormulaField(props: { scope: Scope }) {
       <input
         id={field}
         value={text}
-        placeholder="hypot(force[0], force[1]) - 5"
+        placeholder="abs(force) - 5"
         aria-invalid={wrong !== ""}
         aria-describedby={wrong === "" ? undefined : why}
         onChange={(event) => setText(event.target.value)}

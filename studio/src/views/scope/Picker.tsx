@@ -6,8 +6,9 @@ import { type Refusal, refusalsOf } from "../../control/refusals";
 import { found } from "../../design/fuzzy";
 import { Refusals } from "../../design/parts";
 import { tr } from "../../language/text";
+import { useConfiguration } from "../../shell/configuration";
 import { useControl, useTopic, useWatched } from "../../shell/context";
-import { grouped, inside, NO_DEVICE } from "./groups";
+import { asDeclared, grouped, inside, NO_DEVICE } from "./groups";
 import type { Scope } from "./scope";
 import { withChannel } from "./setup";
 
@@ -117,6 +118,7 @@ export function Picker(props: { scope: Scope }) {
 function useChoice(): Choice {
   const control = useControl();
   const installed = useTopic(control.topics.installed);
+  const configuration = useConfiguration();
   const [choice, setChoice] = useState<Choice>({ names: [], groupOf: new Map(), devices: new Set(), trouble: [] });
   // After an installation, there may be further values.
   useEffect(() => {
@@ -124,7 +126,7 @@ function useChoice(): Choice {
       ask: (signal) => control.look("names", {}, signal),
       take: (names) => {
         const groupOf = new Map<string, string>();
-        for (const svv of names.svvs) groupOf.set(svv, deviceOf(svv, names.logical_devices));
+        for (const svv of asDeclared(names.svvs, configuration)) groupOf.set(svv, deviceOf(svv, names.logical_devices));
         for (const instance of installed?.instances ?? []) {
           for (const cell of instance.cells) if (cell.kind === "private") groupOf.set(cell.name, inside(instance.name));
         }
@@ -132,7 +134,7 @@ function useChoice(): Choice {
       },
       failed: (why) => setChoice((before) => ({ ...before, trouble: refusalsOf(why) })),
     });
-  }, [control, installed]);
+  }, [control, installed, configuration]);
   return choice;
 }
 

@@ -60,7 +60,7 @@ export function Table(props: { scope: Scope; chosen: string | null; choose: (id:
             <th>{tr("scope.unit")}</th>
             {columns.map(([name, title, about]) => (
               <th key={name} className="number" title={about}>
-                {title}
+                {name === "newest" && scope.past ? tr("scope.last") : title}
               </th>
             ))}
             <th>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
-import { grouped, inside, NO_DEVICE } from "./groups";
+import type { Configuration } from "../../control/shapes";
+import { asDeclared, grouped, inside, NO_DEVICE } from "./groups";
 
 const GROUPS = new Map([
   ["elbow.robot_joint:servo.error", inside("elbow.robot_joint")],
@@ -20,6 +21,23 @@ test("the list begins with the devices, and ends with what blocks have inside", 
     { title: NO_DEVICE, names: ["rate"] },
     { title: inside("elbow.robot_joint"), names: ["elbow.robot_joint:servo.error"] },
   ]);
+});
+
+test("the SVVs of a device are in the order of its type, the sensed position first", () => {
+  const configuration = {
+    logical_devices: { elbow: "robot_joint", wrist: "robot_joint" },
+    device_types: { robot_joint: { svvs: { sensed: {}, velocity: {}, braking: {} } } },
+  } as unknown as Configuration;
+  const svvs = ["elbow.braking", "elbow.sensed", "elbow.velocity", "rate", "wrist.braking", "wrist.sensed"];
+  expect(asDeclared(svvs, configuration)).toEqual([
+    "elbow.sensed",
+    "wrist.sensed",
+    "elbow.velocity",
+    "elbow.braking",
+    "wrist.braking",
+    "rate",
+  ]);
+  expect(asDeclared(svvs, null)).toEqual(svvs);
 });
 
 test("what is typed brings the best first, wherever it belongs", () => {
