@@ -142,6 +142,7 @@ test("a change of the language asks nothing, and what the page has started keeps
   // So does the reloaded page.
   await expect.poll(asks).toBe(true);
   await command(rows.nth(before).getByRole("button", { name: en["verbs.halt"] }), rows.nth(before).getByText("ended", { exact: true }));
+  await expect.poll(asks).toBe(false);
   await choice(en["language.language"]).selectOption(en["language.automatic"]);
   await choice(de["language.language"]).waitFor();
   page.off("dialog", answer);

@@ -17,7 +17,7 @@ import {
 } from "@xyflow/react";
 import { tr } from "../../language/text";
 import "@xyflow/react/dist/style.css";
-import { memo, useEffect, useId, useMemo, useRef, useState } from "react";
+import { memo, type RefObject, useEffect, useId, useMemo, useRef, useState } from "react";
 import { nodeId, nodeName } from "../../design/nodeIds";
 import { own } from "../../design/own";
 import "./states.css";
@@ -121,6 +121,8 @@ function RouteView(props: EdgeProps<Route>) {
 const stateViews = { list: ListBox, part: PartBox, start: Mark, end: Mark };
 const edgeViews = { route: RouteView };
 const FIT = { maxZoom: 1, padding: 0.1 };
+/** Minimum scale of a static diagram, at which its smallest text is 9 px high. */
+const SCALE_MIN = 0.82;
 /** Spacing of lists in rows until the layout is known, px. */
 const [ACROSS, IN_A_ROW, DOWN] = [300, 4, 160];
 /** Prefix of the nodes of parts, which distinguishes them from lists of any name. */
@@ -165,7 +167,8 @@ function boxesOf(shape: Shape, laid: LaidDiagram | null): LaidBox[] {
 
 /**
  * Command lists as states, parts of a composed verb as enclosing states, and transitions as arrows. `present` is the running list,
- * `last` the latest transition. With `edit`, transitions can be drawn; otherwise the diagram is a static picture at its natural size.
+ * `last` the latest transition. With `edit`, transitions can be drawn; otherwise the diagram is a static picture at its natural size, or somewhat smaller
+ * if that lets it fit into the view.
  */
 export function StatesCanvas(props: {
   shape: Shape;
@@ -179,7 +182,9 @@ export function StatesCanvas(props: {
   const boxes = useMemo(() => boxesOf(shape, laid), [shape, laid]);
   const nodes = useMemo(() => nodesOf(shape, boxes, present, edit, moving), [shape, boxes, present, edit, moving]);
   const edges = useMemo(() => edgesOf(shape, laid, boxes, last, edit, moving?.list ?? null), [shape, laid, boxes, last, edit, moving]);
-  const picture = { width: laid?.width ?? 0, height: laid?.height ?? 0 };
+  const frame = useRef<HTMLDivElement>(null);
+  const scale = useScale(frame, laid?.width ?? 0);
+  const picture = { width: scale * (laid?.width ?? 0), height: scale * (laid?.height ?? 0) };
   const canvas = (
     <ReactFlow<StateNode, Edge>
       nodes={nodes}
@@ -216,7 +221,8 @@ export function StatesCanvas(props: {
             zoomOnPinch: false,
             zoomOnDoubleClick: false,
             preventScrolling: false,
-            minZoom: 1,
+            viewport: { x: 0, y: 0, zoom: scale },
+            minZoom: SCALE_MIN,
             maxZoom: 1,
           })}
       // Same colour as the arrows.
@@ -235,6 +241,7 @@ export function StatesCanvas(props: {
   if (edit) return <div className="canvas states">{canvas}</div>;
   return (
     <div
+      ref={frame}
       className="scroll-x states"
       role="group"
       aria-label={present ? tr("verbs.stateDiagramPresentRuns", { present }) : tr("verbs.stateDiagram")}
@@ -246,6 +253,18 @@ export function StatesCanvas(props: {
       </div>
     </div>
   );
+}
+
+/** Returns the scale at which a picture of this width fits into a frame: at most 1, and not so small that its text becomes illegible. */
+function useScale(frame: RefObject<HTMLElement | null>, width: number): number {
+  const [wide, setWide] = useState(0);
+  useEffect(() => {
+    if (!frame.current) return;
+    const sized = new ResizeObserver(([entry]) => setWide(entry?.contentRect.width ?? 0));
+    sized.observe(frame.current);
+    return () => sized.disconnect();
+  }, [frame]);
+  return wide === 0 || width === 0 ? 1 : Math.min(1, Math.max(SCALE_MIN, wide / width));
 }
 
 /** Fits the whole diagram into view when the size of the layout changes, because a new item may be out of view. */
