@@ -41,6 +41,22 @@ test("the page opens with what runs and what to try", async () => {
   await page.setViewportSize({ width: 1440, height: 900 });
 });
 
+test("the first view is at most 600 kB, as it is sent", async () => {
+  const { page, context } = await open(browser, running.url);
+  await page.getByText("6 devices").waitFor();
+  const [bytes, shown_ms] = await page.evaluate(() => {
+    const sent = [
+      ...performance.getEntriesByType("navigation"),
+      ...performance.getEntriesByType("resource"),
+    ] as PerformanceResourceTiming[];
+    return [sent.reduce((sum, one) => sum + one.encodedBodySize, 0), performance.now()] as const;
+  });
+  process.stdout.write(`first view: ${(bytes / 1000).toFixed(0)} kB, shown after at most ${shown_ms.toFixed(0)} ms\n`);
+  expect(bytes).toBeGreaterThan(50_000);
+  expect(bytes).toBeLessThanOrEqual(600_000);
+  await context.close();
+});
+
 test("bars take at most 15 % of the height of a telephone and of a tablet, and what they have unfolds", async () => {
   const { page } = studio;
   for (const [width, height] of [
@@ -103,6 +119,24 @@ test("what is offered works: a joint is jogged, and the arm moves to a position"
   await shoot(page, "start-in-view");
   await command(start, page.locator(".reports li").filter({ hasText: "move_absolute" }).first());
   expect(await watch.value("ur5e.wrist_3.sensed")).toBeCloseTo(-0.349, 2);
+});
+
+test("a relative motion offers no present positions, which it would count twice, and says within which range it ends", async () => {
+  const { page } = studio;
+  await show(page, "#/verbs/move_relative");
+  const form = page.locator("form.start");
+  await form
+    .getByText(/ends within/)
+    .first()
+    .waitFor();
+  await form
+    .getByText(/counted from/)
+    .first()
+    .waitFor();
+  expect(await form.getByRole("button", { name: "Present" }).count()).toBe(0);
+  // The same view of an absolute motion offers them.
+  await show(page, "#/verbs/move_absolute");
+  await form.getByRole("button", { name: "Present" }).waitFor();
 });
 
 /** Returns the beginning of the first paragraph of a section of docs/studio.md, up to its first mark. */
