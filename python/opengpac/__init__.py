@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""OpenGPAC, a general purpose automation controller: configure real-time control programs, and change them while they run.
+"""OpenGPAC, a general purpose automation controller, configures real-time control programs and changes them while they run.
 
 `System` is a real-time system. `Verb` and `verb` create verbs, `Graph` a data flow graph, and `LogicalDevice` a device type; `load`
 reads them from a file. `library` contains the blocks, `drivers` the physical devices, and `robots` ready-made arms.

@@ -86,8 +86,8 @@ class Examination:
 
 
 def examine(seconds: float = 2.0, root: str | Path = "/", tell: Callable[[str], None] | None = None) -> Examination:
-    """Inspects the machine, and measures the lateness of its timers for `seconds`: one on each core that this process may use, then an
-    unpinned one for the same time. If `seconds` is 0, measures nothing and reports nothing about privileges.
+    """Inspects the machine, and measures the lateness of its timers for `seconds`: first one timer on each core that this process may
+    use, then an unpinned timer for the same time. If `seconds` is 0, measures nothing and reports nothing about privileges.
 
     `root` is the location of `/proc` and `/sys`. `tell` is called periodically with a progress message.
     >>> print(examine(seconds=0).findings[0].what)

@@ -326,7 +326,7 @@ def _unfit(error: Exception) -> str:
     """Returns the reason why an argument does not match a call of the real-time system."""
     text = str(error)
     if isinstance(error, OverflowError):
-        return "a number is out of the range of the call"
+        return "a number is outside the range that the call accepts"
     if isinstance(error, UnicodeError):
         return "a string is not valid Unicode: it contains an unpaired surrogate"
     found = re.search(r"Object of type (\w+) is not JSON serializable", text)

@@ -124,7 +124,7 @@ test("a press that is held up moves nothing when the network goes on", async () 
   await isUnheard(page);
   link.thaw();
   await button(page, "Home")
-    .getByText(/arrived \d+ ms after it was given/)
+    .getByText(/arrived \d+ ms after it was issued/)
     .waitFor();
   expect(await watch.starts()).toBe(before);
   // If pressed when the page knows that there is no connection, it is not even sent.

@@ -183,7 +183,7 @@ function watchForUnaimed(): void {
  */
 export async function command(control: Locator, led: Locator, state: "visible" | "detached" = "visible"): Promise<void> {
   const page = control.page();
-  const told = page.getByText(/after it was given|Press again/);
+  const told = page.getByText(/after it was issued|Press again/);
   const isLed = async () => (await led.first().isVisible()) === (state === "visible");
   const until = performance.now() + PATIENCE_MS;
   let said = "";

@@ -96,7 +96,7 @@ async function step(page: Page, name: string, axis: string): Promise<number> {
     await press(page, name);
     await page.mouse.up();
     const said = async () => [await told(page).textContent(), ...(await panel(page).getByRole("alert").allTextContents())].join(" ");
-    await expect.poll(said).toMatch(/Step completed|received nothing from this page|after it was given/);
+    await expect.poll(said).toMatch(/Step completed|received nothing from this page|after it was issued/);
     await expect.poll(jogs).toBe(0);
     if (!(await said()).includes("Step completed.")) continue;
     // The figures are updated ten times a second.
@@ -245,7 +245,7 @@ test("a step that is held up moves nothing when the network goes on", async () =
   link.hold(false);
   await panel(page)
     .getByRole("alert")
-    .getByText(/after it was given/)
+    .getByText(/after it was issued/)
     .waitFor();
   expect(await watch.value("ur5e.shoulder_lift.commanded")).toBe(before);
   // The instance is there: the next press is the step.

@@ -44,7 +44,7 @@ several in a row (docs/motion.md). What is caught up with otherwise goes at many
 MAX_GAP_S, LOST_AFTER_S = 0.5, 2.0
 """Bounds of a joint and of an output that nobody attends to, docs/motion.md."""
 BLAME = re.compile(
-    r"processor_lost|one of its two processes|no guard|was ended|is gone|no longer answers|cut off|lost its|host '.*' (is|was) lost"
+    r"processor_lost|one of its two processes|no guard|was ended|is gone|has exited|no longer answers|cut off|lost its|host '.*' (is|was) l"
     r"|did not answer|no longer (fired|a guard)"
 )
 """Words of the log and of alarms by which somebody would be blamed."""

@@ -22,6 +22,6 @@ def test_what_was_frozen_keeps_its_speed_tells_the_time_and_blames_nobody(place:
 
 def test_somebody_who_is_blamed_is_seen() -> None:
     """The words of what would be wrong are those of the system."""
-    for text in ("processor_lost: 'rtp1' was lost", "guard: one of its two processes stood still", "its process was ended by SIGKILL"):
+    for text in ("processor_lost: 'rtp1' was lost", "guard: one of its two processes hung", "its process was ended by SIGKILL"):
         assert freezing.BLAME.search(text)
-    assert not freezing.BLAME.search("late: source 'rtp1.fast' stood still for 0.8 s (its process or the machine was stopped)")
+    assert not freezing.BLAME.search("late: source 'rtp1.fast' was suspended for 0.8 s (its process or the machine was stopped)")

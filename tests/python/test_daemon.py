@@ -139,7 +139,7 @@ def test_tokens_are_made_listed_and_revoked(tmp_path: Path, monkeypatch: pytest.
     assert status == 1 and "there is already a token 'panel'" in twice
     assert said("list") == (0, "panel                operate    token        valid\n")
     assert said("revoke", "panel") == (0, "token 'panel' has been revoked\n")
-    assert said("revoke", "panel") == (1, "'panel' is not the name of a valid token\n")
+    assert said("revoke", "panel") == (1, "there is no valid token 'panel'\n")
     assert said("list")[1].endswith("revoked\n")
     daemon = Daemon(tmp_path, "--clock", "virtual", "--tokens", "tokens.json")
     try:

@@ -96,7 +96,7 @@ def test_a_payload_is_carried_as_a_point_mass_at_the_flange() -> None:
 def test_wrong_numbers_are_refused_and_arms_without_a_model_say_so() -> None:
     arm = gpac.robots.load("two_joint", clock="virtual")
     with arm.system:
-        with pytest.raises(gpac.CallError, match="2 joints need one position each, not 3"):
+        with pytest.raises(gpac.CallError, match="the chain needs 2 joint positions, not 3"):
             arm.dynamics.effort([0.0, 0.0, 0.0])
         with pytest.raises(gpac.ValueRefused, match="must be finite, not"):
             arm.dynamics.effort([0.0, 0.0], velocity=[float("nan"), 0.0])

@@ -128,7 +128,7 @@ def test_a_program_that_is_stopped_is_spared_and_told(program: Program) -> None:
     assert len(guards) == 2
     for _ in range(2):
         condition, why = program.is_stopped_and_goes_on()
-        assert condition == "device_lost" and "its process stood still, so the guard brought the plant to its safe state" in why
+        assert condition == "device_lost" and "its process hung, so the guard brought the plant to its safe state" in why
         assert (program.ask("reset"), program.ask("push")) == ("reset\n", "pushed\n")
         assert not program.is_safe() and program.ask("look") == "[]\n"
     assert children("run_guard", program.process.pid) == guards
@@ -143,7 +143,7 @@ def test_what_was_commanded_is_safe_when_all_who_watch_stood_still_together(prog
     for process in every:
         os.kill(process, signal.SIGCONT)
     condition, why = json.loads(program.ask("end"))
-    assert condition == "device_lost" and "its source 'rtp1.fast' stood still for " in why and "they are in their safe states now" in why
+    assert condition == "device_lost" and "its source 'rtp1.fast' was suspended for " in why and "they are in their safe states now" in why
     assert (program.ask("reset"), program.ask("push"), program.ask("look")) == ("reset\n", "pushed\n", "[]\n")
 
 
@@ -158,14 +158,14 @@ def test_a_standstill_of_all_is_told_with_its_length_and_nobody_is_blamed(proces
             condition, why = json.loads(program.ask("end"))
             assert (
                 condition == "device_lost"
-                and "its source 'rtp1.fast' stood still for " in why
+                and "its source 'rtp1.fast' was suspended for " in why
                 and "they are in their safe states now" in why
             )
             alarms, late = json.loads(program.ask("told"))
             assert sorted(alarms) == ["device_lost drive", "time_lost system"], "and no processor or guard is lost"
-            words = r"source '[a-z0-9.]+' stood still for \d+\.\d s \(its process or the machine was stopped\)"
+            words = r"source '[a-z0-9.]+' was suspended for \d+\.\d s \(its process or the machine was stopped\)"
             assert re.search(words, alarms["time_lost system"])
-            assert any(text.startswith("source 'rtp1.fast' stood still for ") for text in late)
+            assert any(text.startswith("source 'rtp1.fast' was suspended for ") for text in late)
             until(lambda there=there: tree(program.process.pid) == there, "nobody was ended, and who stood in for a guard is gone")
             assert (program.ask("reset"), program.ask("push"), program.ask("look")) == ("reset\n", "pushed\n", "[]\n")
     finally:
@@ -180,7 +180,7 @@ def test_a_shorter_standstill_of_all_loses_nothing_and_is_in_the_log(process: bo
         program.stands_still_with_all(2 * SHORT_S)
         assert program.ask("look") == "[]\n" and not program.is_safe(), "it pushes on"
         alarms, late = json.loads(program.ask("told"))
-        assert alarms == {} and any(text.startswith("source 'rtp1.fast' stood still for ") for text in late)
+        assert alarms == {} and any(text.startswith("source 'rtp1.fast' was suspended for ") for text in late)
         until(lambda: tree(program.process.pid) == there, "nobody was ended")
     finally:
         program.end()
@@ -191,7 +191,7 @@ def test_a_plant_that_nobody_commands_makes_itself_safe_and_says_so(program: Pro
     for guard in children("run_guard", program.process.pid):
         os.kill(guard, signal.SIGSTOP)
     condition, why = program.is_stopped_and_goes_on()
-    assert condition == "device_lost" and "no command came within its timeout of 50 ms" in why
+    assert condition == "device_lost" and "no command arrived within its timeout of 50 ms" in why
     assert (program.ask("reset"), program.ask("push"), program.ask("look")) == ("reset\n", "pushed\n", "[]\n")
 
 

@@ -41,7 +41,7 @@ def test_a_handle_of_an_svv_does_not_read_its_successor(cell: gpac.System) -> No
     assert old.value == 3
     old.delete()
     new = cell.svv("level", "double", initial=2.5, history=5)
-    gone = "the SVV 'level' that was asked for no longer exists: it was deleted, and its name is now used by another SVV"
+    gone = "the requested SVV 'level' no longer exists: it was deleted, and its name is now used by another SVV"
     reads = [lambda: old.value, lambda: old.number, lambda: old.history[:], lambda: cell.read(new, old), lambda: unused.value]
     for ask in [*reads, old.delete]:
         assert refused(ask) == gone
@@ -100,7 +100,7 @@ def test_a_handle_of_a_device_does_not_read_its_successor(cell: gpac.System) -> 
     def store() -> None:
         old.step = 5.0
 
-    gone = "this Counted 'gauge' was deleted, and its name is now used by a Measured"
+    gone = "this Counted 'gauge' was deleted, and its name is now used by another device of type Measured"
     assert [refused(ask) for ask in (lambda: old.step, store, lambda: old.state, old.enable, old.disable, old.delete)] == [gone] * 6
     assert (new.level.value, new.step, cell.device("gauge", Measured).level.value) == (2.5, 0.5, 2.5)
     new.step = 0.25

@@ -84,7 +84,7 @@ def test_a_file_without_actuators_gets_motors(tmp_path: Path) -> None:
 def test_followers_and_locked_joints_get_no_motor(tmp_path: Path) -> None:
     follows = '<equality><joint joint1="wrist" joint2="elbow"/></equality>'
     _, notes, _ = mjcf.put_right(arm(tmp_path, actuators="", joint=' damping="1e9"', more=follows))
-    assert notes[0] == "arm.xml: joint 'shoulder' is locked by its damping and gets no motor"
+    assert notes[0] == "arm.xml: joint 'shoulder' is locked by its damping, so no motor is added"
     assert "'elbow'" in notes[1] and "'wrist'" not in notes[1]
 
 

@@ -90,9 +90,9 @@ def test_several_errors_have_a_place_each() -> None:
     [
         (lambda cell: cell.svv("level", initial=float("nan")), "the initial value of SVV 'level' must be finite, not nan"),
         (lambda cell: setattr(cell.svv("level"), "value", float("inf")), "the value for SVV 'level' must be finite, not inf"),
-        (lambda cell: setattr(cell.svv("level"), "value", None), "the value for SVV 'level' must be a value, not None"),
+        (lambda cell: setattr(cell.svv("level"), "value", None), "the value for SVV 'level' cannot be None"),
         (lambda cell: library.gain.run(u=[1.0], k=float("nan")), "'k' must be finite, not nan"),
-        (lambda cell: library.gain.run(u=None), "input 'u' must be a value, not None"),
+        (lambda cell: library.gain.run(u=None), "input 'u' cannot be None"),
         (lambda cell: cell.processor("p").timer("t", period="-1 ms"), "the period of timer 't' cannot be -1 ms: its range is at least 0 s"),
         (
             lambda cell: cell.processor("p").timer("t", period="1 us"),

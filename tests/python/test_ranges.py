@@ -434,7 +434,7 @@ def test_a_whole_number_out_of_range_is_refused_as_such(cell: gpac.System, said:
 
 @pytest.mark.parametrize("duration", [1e30, -1e30, "1e30 s", float("inf")])
 def test_a_time_that_nobody_can_count_is_out_of_range(cell: gpac.System, duration: Any) -> None:
-    with pytest.raises(gpac.OutOfRange, match=r"the duration to advance .* is out of range; give less than 292 years"):
+    with pytest.raises(gpac.OutOfRange, match=r"the duration to advance .* is out of range; give a time of less than 292 years"):
         cell.advance(duration)
     with pytest.raises(gpac.ValueRefused, match="the duration to advance must be a time, not nan") as refused:
         cell.advance(float("nan"))

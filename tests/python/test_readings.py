@@ -32,7 +32,9 @@ USES: dict[str, Callable[[gpac.robots.Arm], Any]] = {
 @pytest.mark.parametrize("use", USES)
 def test_the_present_of_an_arm_is_known_only_while_it_is_enabled(arm: gpac.robots.Arm, use: str) -> None:
     arm.system.advance("50 ms")
-    with pytest.raises(gpac.NotEnabled, match=r"joint '.*shoulder_pan.*' is disabled, so its position is from when it was last enabled"):
+    with pytest.raises(
+        gpac.NotEnabled, match=r"joint '.*shoulder_pan.*' is disabled, so its position may have changed since it was last enabled"
+    ):
         USES[use](arm)
     arm.enable()
     here = arm.pose()

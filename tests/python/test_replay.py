@@ -101,7 +101,7 @@ def test_native_code_out_of_a_file_runs_only_where_it_is_trusted(
     [brought] = json.loads(_native.replay_modules(str(record)))
     assert brought["name"] == "counting" and brought["len"] > 1000 and len(brought["sha256"]) == 64
     for trust in (False, (), ["0" * 64]):
-        with pytest.raises(gpac.CallError, match="contains native code, which a replay runs with all your rights") as refused:
+        with pytest.raises(gpac.CallError, match="contains native code, which a replay runs with all your privileges") as refused:
             gpac.replay(record, trust=trust)
         assert brought["sha256"] in str(refused.value) and "'counting'" in str(refused.value) and "--trust" in str(refused.value)
     assert gpac.replay(record, trust=[brought["sha256"]]).same
@@ -209,7 +209,7 @@ def test_a_record_that_is_cut_off_is_replayed_as_far_as_it_goes(record: Path, tm
     last = summary.chunk_indexes[-1]
     cut.write_bytes(whole[: last.chunk_start_offset + last.chunk_length + 10])
     again = gpac.replay(cut, trust=True)
-    assert again.same and again.stopped == "end" and "ends in the middle" in again.message
+    assert again.same and again.stopped == "end" and "file is incomplete" in again.message
     cut.write_bytes(whole[: summary.chunk_indexes[0].chunk_start_offset + 10])
     with pytest.raises(gpac.CallError, match="ends before there is anything to replay"):
         gpac.replay(cut, trust=True)

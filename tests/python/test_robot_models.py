@@ -124,7 +124,7 @@ def test_a_model_that_mujoco_does_not_survive_is_refused_and_everything_goes_on(
         rtp = cell.processor("rtp0")
         rtp.timer("fast", period="1 ms", priority=80)
         for load in (lambda: robots.load(file, rtp), lambda: robots.Kinematics.of_mjcf(file, ["turn", "reach"])):
-            with pytest.raises(gpac.DeviceFailed, match=r"arm\.xml': MuJoCo ends the process that tries it .*bad_alloc.*check for sizes"):
+            with pytest.raises(gpac.DeviceFailed, match=r"arm\.xml': MuJoCo ends the process that tries to load it .*bad_alloc.*for sizes"):
                 load()
         written(tmp_path, "arm.xml", TWO_ARMS)
         arm = robots.load(file, rtp)

@@ -179,7 +179,7 @@ def test_parts_that_go_on_together_where_a_halt_leads_one_of_them_are_refused(ri
     chain = gpac.compose("chain", leaf(rig, 0, brakes=False) >> leaf(rig, 1, brakes=False))
     parts = {"a": leaf(rig, 2, brakes=False), "r": leaf(rig, 3, brakes=False)}
     recovery = gpac.compose("recovery", parts, transitions={("a", None): "r", ("a", "halted"): "r"})
-    with pytest.raises(gpac.CompositionConflict, match="a halt leads only to the first: the second would begin then"):
+    with pytest.raises(gpac.CompositionConflict, match="a halt leads only to the first: the second would then begin"):
         gpac.together({"x": chain, "y": recovery}, name="both").on(rig.fast)
 
 

@@ -43,7 +43,7 @@ PUT_RIGHT = {
     "no inertia, no shape": ({"inertial": ""}, r"arm.urdf:4: link 'upper' has neither an inertia nor a shape"),
     "no mass": (
         {"inertial": '<inertial><mass value="0"/></inertial>', "shape": BOX},
-        r"arm.urdf:4: link 'upper' has a mass of 0 kg; it is computed from its shapes instead",
+        r"arm.urdf:4: link 'upper' has a mass of 0 kg; the mass is computed from its shapes instead",
     ),
     "an impossible inertia": (
         {"inertial": '<inertial><mass value="2"/><inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/></inertial>'},
@@ -192,7 +192,7 @@ REFUSED = {
     ),
     "a circle": (
         TWO.replace("</robot>", THIRD.format("fore", "base")),
-        r"arm.urdf:3: joints 'turn', 'third', 'fold' form a circle: none of their links is connected to the base; remove one of them",
+        r"arm.urdf:3: joints 'turn', 'third', 'fold' form a cycle: none of their links is connected to the base; remove one of them",
     ),
     "a link on itself": (
         TWO.replace('parent link="upper"', 'parent link="fore"'),

@@ -82,6 +82,6 @@ def test_macros_need_xacro(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setitem(sys.modules, "xacro", None)
     (tmp_path / "arm.urdf").write_text(HEAD + ARM.format(effort="${10 * 10}") + "</robot>")
     with pytest.raises(
-        gpac.DeviceFailed, match=r"has macros of xacro, the first in line 2, but xacro is not installed; run pip install xacro"
+        gpac.DeviceFailed, match=r"contains xacro macros, the first of them on line 2, but xacro is not installed; run pip install xacro"
     ):
         gpac.robots.load(tmp_path / "arm.urdf", clock="virtual")

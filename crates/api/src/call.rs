@@ -43,7 +43,7 @@ pub struct Call {
     /// Argument that a driver interprets.
     pub for_driver: Option<DriverArgument>,
     pub records: RecordArguments,
-    /// True if the call may take long and continues in slices.
+    /// True if the call may take a long time and continues in slices.
     pub lasts: bool,
     /// True if the call, or the first slice of a lasting call, completes within microseconds: it uses no file, device or compiler.
     pub brief: bool,
@@ -57,7 +57,7 @@ pub struct Call {
     pub free: bool,
     /// Argument that the control interface sets to the caller, overriding any value passed.
     pub signed: Option<&'static str>,
-    /// True if the call takes long to compute, or if its answer is long.
+    /// True if the call takes a long time to compute, or if its answer is long.
     pub costs: bool,
     /// True if the call refers to files on this host; from another host, a different call is used.
     pub local: bool,
@@ -77,7 +77,7 @@ impl std::fmt::Debug for Call {
     }
 }
 
-/// Methods that declare properties of a call, used after its answer.
+/// Methods that declare properties of a call. In a declaration, they follow the call's answer.
 impl Call {
     /// Creates a call without any of these properties.
     #[doc(hidden)]
@@ -144,7 +144,7 @@ impl Call {
         Call { told: true, told_of_system: true, ..self }
     }
 
-    /// Declares that the call may take long and continues in slices.
+    /// Declares that the call may take a long time and continues in slices.
     pub const fn lasts(self) -> Call {
         Call { lasts: true, ..self }
     }
@@ -214,7 +214,7 @@ impl Call {
         Call { signed: Some(by), ..self }
     }
 
-    /// Declares that the call takes long to compute or that its answer is long.
+    /// Declares that the call takes a long time to compute or that its answer is long.
     pub const fn costs(self) -> Call {
         Call { costs: true, ..self }
     }

@@ -25,7 +25,7 @@ use std::sync::{LazyLock, OnceLock};
 /// Default name of the caller of a call that is signed.
 const PROGRAM: &str = "program";
 
-/// The calls by subject.
+/// All calls, grouped by subject.
 const SUBJECTS: [&[Call]; 13] = [
     configuration::CONFIGURATION,
     software::SOFTWARE,

@@ -5,12 +5,12 @@
 /// Effect of a call on a verb instance, a logical device or a recording. The owners of instances, the journal and its replay depend on
 /// it.
 ///
-/// Unless stated otherwise, the instance is that of the argument `instance`, and the device that of the argument `name`.
+/// Unless stated otherwise, the argument `instance` identifies the instance, and the argument `name` identifies the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Effect {
     /// No effect that needs tracking.
     None,
-    /// Creates the instance whose number is its answer.
+    /// Creates an instance, whose number is the answer of the call.
     CreatesInstance,
     /// Starts an instance.
     StartsInstance,
@@ -26,15 +26,15 @@ pub enum Effect {
     PerformsVerb,
     /// Waits until the instance of a performed verb has ended, and deletes it.
     CompletesVerb,
-    /// Starts a device's own verb, whose instance number is its answer (0 if there is none).
+    /// Starts a device's own verb. The answer is the number of the verb's instance, or 0 if there is none.
     EnablesDevice,
     /// Deletes a device.
     DeletesDevice,
-    /// Starts the recording whose number is in its answer.
+    /// Starts a recording, whose number is in the answer of the call.
     BeginsRecording,
     /// Ends the recording specified by the argument `recording`.
     EndsRecording,
-    /// Forces a signal; the force has the number in its answer.
+    /// Forces a signal. The number of the force is in the answer of the call.
     ForcesSignal,
 }
 
@@ -43,11 +43,11 @@ pub enum Effect {
 pub enum DriverArgument {
     /// `options` of the driver named by the argument `kind`.
     Options,
-    /// `arguments` of the service named by the argument `service` of the device named by the argument `device`.
+    /// `arguments` of a driver's service. The argument `device` names the device, and the argument `service` names the service.
     OfService,
 }
 
-/// Arguments controlled by a daemon that serves others, which uses its own files and its own trust settings for code.
+/// Arguments that a daemon controls if it serves others, so that it uses its own files and its own trust settings for code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RecordArguments {
     /// Argument that contains the name of a recording in the daemon's folder.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Generates the checked-in texts that depend on the declarations: the list in the C header, the documentation page, the Python methods.
-//! A test of this crate reports outdated ones, and rewrites them if `OPENGPAC_WRITE_SCHEMAS` is set.
+//! Generates the checked-in texts that depend on the declarations: the list in the C header, the documentation page, and the Python
+//! methods. A test of this crate reports outdated ones, and rewrites them if `OPENGPAC_WRITE_SCHEMAS` is set.
 mod header;
 mod page;
 mod python;
@@ -64,7 +64,7 @@ fn by_subject<'a>(calls: impl Iterator<Item = &'a Call>) -> Vec<(&'static str, V
     subjects
 }
 
-/// Wraps words into lines of a given width, each preceded by a margin.
+/// Wraps text into lines of a given width, each preceded by a margin.
 fn wrapped(text: &str, margin: &str, width: usize) -> String {
     let (mut lines, mut line) = (String::new(), String::new());
     for word in text.split_whitespace() {

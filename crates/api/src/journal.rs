@@ -20,7 +20,7 @@ pub struct JournalRule {
     pub replaces: Option<&'static [&'static str]>,
     /// Call that deletes the item created by this one, and the argument of this call that names the item.
     pub goes_with: Option<(&'static str, &'static str)>,
-    /// True if nothing is started when replaying the call fails, because a safeguard that would stop a motion is missing.
+    /// True if nothing may be started after replaying the call has failed, because a safeguard that would stop a motion is missing.
     pub watches: bool,
     /// Arguments that must not be written to a file.
     pub secret: &'static [&'static str],

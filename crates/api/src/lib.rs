@@ -2,8 +2,8 @@
 //! The programming system's interface to a real-time system, with JSON texts in both directions.
 //!
 //! Definitions, applications, values and reports have the same JSON format for all programming systems: the Python package through its
-//! bindings, a C program through the C package, and a remote program through the control interface. [`open`] creates a system; [`call()`]
-//! executes a call by name, [`begin`] does the same for a caller that must not wait long.
+//! bindings, a C program through the C package, and a remote program through the control interface. [`open`] creates a system. [`call()`]
+//! executes a call by name, and [`begin`] does the same for a caller that must not wait long.
 //!
 //! Each call is declared once, in [`calls`](mod@calls), using [`calls!`]. Its implementation, its role, the schemas of its arguments and
 //! its answer, its treatment by the journal and the log of commands, and its entries in the C header, the docs and the Python package

@@ -62,8 +62,8 @@ enum Interconnect {
 /// Opens a real-time system in this process. `clock` is `monotonic` or `virtual`. `options` is `{"seed": n, "interconnect": {"kind":
 /// "memory"}}`, where the interconnect may also be `message`, with `seed`, `delay_ns`, `drop`, `repeat`, `reorder` and `corrupt`, under
 /// the virtual clock. `"processes": {"command": [...], "python": "..."}` sets the commands for processors in separate processes. With
-/// `"adopt": true`, processes that lost a system with this name are first searched for, and `take_over` continues everything that runs in
-/// them.
+/// `"adopt": true`, this first searches for processes that lost a system with this name, and `take_over` then continues everything that
+/// runs in them.
 pub fn open(name: &str, clock: &str, options: &str) -> Result<System, Refusals> {
     let options: Options = from_json(options)?;
     let refuse = |message: String, remedy: &str| Err(vec![Refusal::new(Class::DefinitionError, message).remedy(remedy)]);

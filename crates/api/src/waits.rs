@@ -9,7 +9,7 @@ use supervisor::{System, WaitResult};
 /// Virtual time that elapses between two checks of the slice, ns.
 const ADVANCE_SLICE_NS: i64 = 10_000_000;
 
-/// Returns the deadline of a wait on the system's clock: `until_ns`, or `timeout_ns` from now.
+/// Returns the deadline of a wait on the system's clock: `until_ns`, or `timeout_ns` relative to now.
 pub(crate) fn until(system: &System, timeout_ns: Option<i64>, until_ns: Option<i64>) -> Result<Option<i64>, Refusals> {
     match (timeout_ns, until_ns) {
         (Some(_), Some(_)) => Err(vec![Refusal::new(Class::CallError, "a wait cannot have both timeout_ns and until_ns; give one of them")]),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A Python driver on the thread of its source: in a separate process for the driver `python`, or simulated if time is virtual. The other
-//! half, in `python/opengpac/driver/process.py`, packs and unpacks the exchanged values.
+//! A Python driver, called on the thread of its source. It runs in a separate process for the driver `python`, or in simulation if time
+//! is virtual. The other half, in `python/opengpac/driver/process.py`, packs and unpacks the exchanged values.
 use crate::convert::to_json;
 use device::{
     Channel, Counters, Declaration, DeclaredServices, DeviceError, Direction, Driver, DriverError, GivenOptions, Kind, Layout, OpenedDriver, OptionWord, Reach,
@@ -52,7 +52,8 @@ struct PythonDriver {
     services: Option<Arc<ObjectServices>>,
 }
 
-/// Services of an object. A Python lock serialises calls of the object's methods, because its class expects to be called from one thread.
+/// Services of an object. A Python lock serialises the calls to the object's methods, because its class expects to be called from one
+/// thread.
 struct ObjectServices {
     exchange: Py<PyAny>,
     words: &'static [ServiceWord],

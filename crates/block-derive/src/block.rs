@@ -156,7 +156,7 @@ fn entry(ident: &Ident, items: &[Item], size: Option<&Item>) -> TokenStream {
             // SAFETY: `bank::Bank` asks of its caller what this does.
             unsafe { ::opengpac::bank::run(calls, step, from, to, |memory, given| once(memory, given)) }
         }
-        /// Runs one invocation, for both entries.
+        /// Runs one invocation; shared by both entries.
         #[inline(always)]
         unsafe fn once(memory: *mut ::core::ffi::c_void, given: *const ::opengpac::Invocation) -> u64 {
             use ::opengpac::abi::outcome;

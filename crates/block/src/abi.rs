@@ -24,7 +24,7 @@
 
 use core::ffi::{c_char, c_void};
 
-/// Version of this ABI. Modules of another version are refused with a message that states their version.
+/// Version of this ABI. Modules with a different version are refused with a message that states their version.
 pub const ABI: u32 = 2;
 
 /// Maximum number of items that a block may declare. A condition is reported as bit `8 + its item index` of the result of `run`.
@@ -52,7 +52,7 @@ pub struct Header {
     pub activated: u64,
 }
 
-/// Flag in `Header::number`: an invocation is running and has stored nothing, so that it may be ended.
+/// Flag in `Header::number`: an invocation is running and has stored nothing, so that it may be aborted.
 pub const RUNNING: u64 = 1 << 63;
 
 /// Outcomes: the low 8 bits of the result of `run`.
@@ -65,19 +65,19 @@ pub mod outcome {
     pub const PANIC: u64 = 2;
     /// An output that is not declared `nonfinite` was not finite. Bits 8 and up contain the item's index.
     pub const NONFINITE: u64 = 3;
-    /// An exception left the body (C++). Bits 8 and up contain the address of its message, at most [`WHAT_MAX`] bytes and a NUL in memory
-    /// of the module; it must be read immediately, because the next exception overwrites it.
+    /// An exception escaped the body (C++). Bits 8 and up contain the address of its message, at most [`WHAT_MAX`] bytes and a NUL in
+    /// memory of the module; it must be read immediately, because the next exception overwrites it.
     pub const THREW: u64 = 4;
     /// Maximum length of an exception's message, in bytes.
     pub const WHAT_MAX: usize = 200;
     /// The body called fork(). Never returned by an entry, only set by its guard.
     pub const FORKED: u64 = 0xfd;
-    /// The body changed the floating-point control words of its thread. Never returned by an entry, only set by the check of the words.
+    /// The body changed the floating-point control words of its thread. Never returned by an entry, only set by the check of these words.
     pub const FLOATS: u64 = 0xfe;
-    /// A signal ended the body. Never returned by an entry, only set by its guard. Bits 8 and up contain the signal, 0 for an exceeded
-    /// budget, possibly with [`LOST`].
+    /// The body was aborted by a signal. Never returned by an entry, only set by its guard. Bits 8 and up contain the signal, 0 for an
+    /// exceeded budget, possibly with [`LOST`].
     pub const SIGNAL: u64 = 0xff;
-    /// In the detail of `SIGNAL`: the body was ended in code of a library that may hold a lock, which would never be released.
+    /// In the detail of `SIGNAL`: the body was aborted in code of a library that may hold a lock, which would never be released.
     pub const LOST: u64 = 0x100;
     /// Mask of the outcome.
     pub const MASK: u64 = 0xff;
@@ -151,8 +151,8 @@ pub struct Item {
     pub unit: *const c_char,
     /// Description, one line.
     pub doc: *const c_char,
-    /// Offset of the item's value in the instance; for a condition, of its preset. `NONE` for a condition without a value, and for an
-    /// input or output that the block uses in place: values written there are kept even if the invocation fails.
+    /// Offset of the item's value in the instance or, for a condition, of its preset. `NONE` for a condition without a value, and for an
+    /// input or output that the block uses in place; values written in place are kept even if the invocation fails.
     pub offset: u32,
     /// Size of the value in bytes.
     pub size: u32,
@@ -171,7 +171,7 @@ pub struct Item {
 /// Returns [`outcome`] in the low 8 bits and the reported conditions above (condition item i is bit `8 + i`).
 ///
 /// # Safety
-/// `instance` is the memory of an instance of this block, every address in it is bound to memory of the item's size and alignment, and no other code accesses any of it during the call.
+/// `instance` must be the memory of an instance of this block, every address in it must be bound to memory of the item's size and alignment, and no other code may access any of it during the call.
 pub type Run = unsafe extern "C" fn(instance: *mut c_void, invocation: *const Invocation) -> u64;
 
 /// Description of one function block.
@@ -197,7 +197,7 @@ pub struct Descriptor {
     pub reserved: u32,
 }
 
-/// A struct type, with its name, that items of a module may have.
+/// A named struct type, for use by the items of a module.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct TypeDescriptor {

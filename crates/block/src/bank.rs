@@ -10,7 +10,7 @@ use std::collections::HashMap;
 use std::sync::RwLock;
 
 /// Call in the step loop: 24 bytes, also read by the kernel's `containment.c`. The first word of each instance contains `abi::RUNNING`
-/// while the instance may be ended.
+/// while the instance may be aborted.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Call {
@@ -23,11 +23,11 @@ pub struct Call {
 /// non-zero result, with `step` at that call. Returns 0 if all ran, with `step` at the last one.
 ///
 /// # Safety
-/// `calls` has `to` calls; each of `from..to` is of this block and meets the requirements of [`Run`]. `from` is less than `to`.
+/// `calls` must have at least `to` calls; each of `from..to` must be a call of this block and meet the requirements of [`Run`]. `from` must be less than `to`.
 pub type Bank = unsafe extern "C" fn(calls: *const Call, step: *mut u32, from: u32, to: u32) -> u64;
 
-/// Name of the function with which a code module may provide bank entries: [`of`] for its own blocks. The number is the version of
-/// [`Call`] and [`Bank`].
+/// Name of the function with which a code module may provide the bank entries of its own blocks, like [`of`]. The number is the version
+/// of [`Call`] and [`Bank`].
 pub const BANK_SYMBOL: &str = "opengpac_bank_1";
 
 static BANKS: RwLock<Option<HashMap<usize, Bank>>> = RwLock::new(None);
@@ -45,7 +45,7 @@ pub fn of(run: Run) -> Option<Bank> {
 /// Implements a bank entry; `once` does what `run` of the block does. For generated code.
 ///
 /// # Safety
-/// As for [`Bank`].
+/// Same as for [`Bank`].
 #[doc(hidden)]
 #[inline(always)]
 pub unsafe fn run(calls: *const Call, step: *mut u32, from: u32, to: u32, once: impl Fn(*mut c_void, *const Invocation) -> u64) -> u64 {

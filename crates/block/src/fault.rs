@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Failures of an invocation, with their messages.
 
-/// Cause of a failed invocation, which has changed nothing.
+/// Cause of a failed invocation. The invocation has changed nothing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fault {
     /// The body returned this code.
@@ -10,13 +10,13 @@ pub enum Fault {
     Panicked,
     /// This output was not finite.
     NonFinite { item: String },
-    /// A C++ exception left the body; contains its message.
+    /// A C++ exception escaped the body; contains its message.
     Threw { what: String },
     /// The body changed the floating-point control words.
     Floats,
     /// The body called fork().
     Forked,
-    /// A signal ended the body.
+    /// The body was aborted by a signal.
     Signal(i32),
     /// The body exceeded its time budget.
     Budget,
@@ -60,7 +60,7 @@ pub const FLOATS_CHANGED: &str =
 pub const CALLED_FORK: &str =
     "called fork(); the copy of the process was ended at once, because it shares the devices; start programs with posix_spawn(), outside the firing";
 
-/// Pseudo signal number of a block that ended its thread.
+/// Pseudo signal number of a block that terminated its thread.
 const ENDED_ITS_THREAD: i32 = 0xfd;
 
 /// Returns the text for a signal.

@@ -95,7 +95,7 @@ impl<T: Type, const N: usize> Array for [T; N] {
 /// Returns an array with the first `count` elements at `from`, and zeros after them.
 ///
 /// # Safety
-/// `from` points to at least `count` elements, and `count` is at most the array's length.
+/// `from` must point to at least `count` elements, and `count` must not exceed the array's length.
 #[inline(always)]
 pub unsafe fn load_sized<A: Array>(from: *const A, count: usize) -> A {
     let mut value = A::zero();
@@ -107,7 +107,7 @@ pub unsafe fn load_sized<A: Array>(from: *const A, count: usize) -> A {
 /// Stores a value, with zeros in its padding.
 ///
 /// # Safety
-/// `to` points to a value of this type.
+/// `to` must point to a value of this type.
 #[inline(always)]
 pub unsafe fn store<T: Type>(to: *mut T, value: &T) {
     // SAFETY: the caller's promise; `value` is a local of the entry.
@@ -122,7 +122,7 @@ pub unsafe fn store<T: Type>(to: *mut T, value: &T) {
 /// Stores the first `count` elements, with zeros in their padding.
 ///
 /// # Safety
-/// As for [`load_sized`].
+/// Same as for [`load_sized`].
 #[inline(always)]
 pub unsafe fn store_sized<A: Array>(to: *mut A, value: &A, count: usize) {
     let to = to.cast::<A::Element>();

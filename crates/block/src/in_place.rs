@@ -5,14 +5,14 @@
 use crate::Type;
 use core::ops::{Deref, DerefMut};
 
-/// An input that is read in place: `#[input(asynchronous, in_place)] table: InPlace<[f64; 65536]>`. It does not change while the block
-/// runs.
+/// An input that is read in place: `#[input(asynchronous, in_place)] table: InPlace<[f64; 65536]>`. The value does not change while the
+/// block runs.
 pub struct InPlace<T>(*const T);
 
 /// An output that is written in place: `#[output(in_place)] table: InPlaceMut<[f64; 65536]>`, initialised with zeros at each start.
 ///
-/// Values that an invocation has written are kept, even if the invocation faults or is ended. A table should therefore mark itself
-/// complete, with a number that is written last. Its numbers are not checked to be finite.
+/// Values that an invocation has written are kept, even if the invocation faults or is aborted. A table should therefore be marked as
+/// complete by a number that is written last. The values are not checked for infinities and NaNs.
 pub struct InPlaceMut<T>(*mut T);
 
 /// A port that is used in place, for the derive macro.
@@ -24,7 +24,7 @@ pub trait Lying {
     /// Returns the port bound to an address.
     ///
     /// # Safety
-    /// The address is that of a value that no other code accesses during the lifetime of the port.
+    /// `address` must point to a value that no other code accesses during the lifetime of the port.
     unsafe fn at(address: *mut Self) -> Self;
 }
 

@@ -55,7 +55,7 @@ pub struct ItemFace {
     pub history: u32,
     /// Minimum and maximum number of elements, for a size.
     pub limits: Option<(u32, u32)>,
-    /// Offset of the value in the instance, in bytes; for a condition, of its preset.
+    /// Offset of the value in the instance or, for a condition, of its preset, in bytes.
     pub offset: Option<usize>,
     /// Size of the value in bytes.
     pub size: usize,
@@ -115,7 +115,7 @@ impl core::fmt::Debug for Descriptor {
 /// Reason why a module's tables are refused.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Refusal {
-    /// The module has another version of the ABI.
+    /// The module was built for a different version of the ABI.
     AbiVersion { module: u32, here: u32 },
     /// The module contains no blocks.
     NoBlocks,
@@ -182,8 +182,7 @@ impl BlockFace {
     /// Returns the description of a block that is written in Rust and compiled into this program.
     ///
     /// # Panics
-    /// Panics if the descriptor created by the derive macro contradicts `abi`, which should be impossible for a declaration that
-    /// compiles: item names are unique because they are field names.
+    /// Panics if the descriptor created by the derive macro contradicts `abi`, which should be impossible for a declaration that compiles. Item names are unique because they are field names.
     pub fn of<B: crate::FunctionBlock>() -> BlockFace {
         let types: Result<Vec<_>, _> = B::types().into_iter().map(TypeFace::read).collect();
         match types.and_then(|types| BlockFace::read(B::descriptor(), &types)) {
@@ -232,7 +231,7 @@ impl ModuleFace {
     /// Fails if the ABI version differs, the module has no blocks, or the tables contradict `abi`.
     ///
     /// # Safety
-    /// `module` is null or points to a table as specified by `abi::Module` (of any version), whose module is never unloaded.
+    /// `module` must be null or point to a table as specified by `abi::Module` (of any version), and the module that contains the table must never be unloaded.
     pub unsafe fn read(module: *const Module) -> Result<ModuleFace, Refusal> {
         if module.is_null() {
             return Err(invalid("", "", "opengpac_module() returned nothing"));

@@ -19,7 +19,7 @@ pub enum TrialError {
     NotNumbers { item: String, type_text: String },
     /// The size is outside its limits.
     SizeOutOfRange { item: String, given: u32, least: u32, most: u32 },
-    /// The item cannot be set: an output, or a condition without a value.
+    /// The item cannot be set, because it is an output or a condition without a value.
     NotSettable { item: String },
 }
 
@@ -133,7 +133,8 @@ impl Trial {
     }
 
     /// Sets an input, device channel, parameter, preset, state or size from the bytes of its type. A sized item takes all its elements or
-    /// the number given by the size; a history takes its newest value or all values. The first value set also fills the earlier ones.
+    /// the number given by the size; a history takes its newest value or all values. The first value set also fills the rest of the
+    /// history.
     ///
     /// # Errors
     /// Fails if there is no such item, it cannot be set, the length is wrong, or a size is outside its limits.
@@ -168,7 +169,7 @@ impl Trial {
     /// Sets all elements of a numeric item, in order, converted to its type.
     ///
     /// # Errors
-    /// As for [`Trial::set`]; also fails if the item is a struct.
+    /// Same as for [`Trial::set`]; also fails if the item is a struct.
     pub fn set_numbers(&mut self, name: &str, values: &[f64]) -> Result<(), TrialError> {
         let (_, item) = self.find(name)?;
         let base = TypeText::parse(&item.type_text).map(|text| text.base).unwrap_or_default();
@@ -189,7 +190,7 @@ impl Trial {
     /// Sets an item that consists of one number.
     ///
     /// # Errors
-    /// As for [`Trial::set_numbers`].
+    /// Same as for [`Trial::set_numbers`].
     pub fn set_number(&mut self, name: &str, value: f64) -> Result<(), TrialError> {
         self.set_numbers(name, &[value])
     }
@@ -211,7 +212,7 @@ impl Trial {
     /// Returns the elements of an item as numbers.
     ///
     /// # Errors
-    /// As for [`Trial::get`]; also fails if the item is a struct.
+    /// Same as for [`Trial::get`]; also fails if the item is a struct.
     pub fn numbers(&self, name: &str) -> Result<Vec<f64>, TrialError> {
         let (_, item) = self.find(name)?;
         let base = TypeText::parse(&item.type_text).map(|text| text.base).unwrap_or_default();
@@ -221,7 +222,7 @@ impl Trial {
     /// Returns an item that consists of one number, or the first element of an array.
     ///
     /// # Errors
-    /// As for [`Trial::numbers`].
+    /// Same as for [`Trial::numbers`].
     pub fn number(&self, name: &str) -> Result<f64, TrialError> {
         let numbers = self.numbers(name)?;
         numbers.first().copied().ok_or_else(|| TrialError::WrongLength { item: name.to_string(), type_text: String::new(), given: 0, wanted: 1 })
@@ -240,7 +241,7 @@ impl Trial {
     /// with the signal number in the bits above it (0 for an exceeded budget). After a signal, the instance must not be run again.
     ///
     /// # Errors
-    /// As for [`Trial::run`].
+    /// Same as for [`Trial::run`].
     pub fn run_by(&mut self, call: impl FnOnce(Run, *mut c_void, &Invocation) -> u64) -> Result<(), Fault> {
         let invocation = Invocation { number: 0, time_ns: self.time_ns, now_ns: self.time_ns };
         self.time_ns += self.period_ns;

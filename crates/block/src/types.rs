@@ -6,8 +6,7 @@ use crate::abi::TypeDescriptor;
 /// A type of ports, parameters and states: the fixed-width integers, `f32`, `f64`, `bool`, arrays, and structs with `#[derive(Type)]`.
 ///
 /// # Safety
-/// The type has the layout of the C type named by `text`, and contains no pointers or references: the real-time system copies it
-/// bytewise.
+/// The type must have the layout of the C type named by `text`, and must contain no pointers or references, because the real-time system copies it bytewise.
 #[diagnostic::on_unimplemented(
     message = "`{Self}` cannot be the type of an item",
     label = "not a type that an item can have",
@@ -25,10 +24,10 @@ pub unsafe trait Type: Copy + 'static {
 
     /// True if a value has padding between its members or after them.
     const IS_PADDED: bool = false;
-    /// Sets the padding of a value to zero, so that equal values have equal bytes: a replay compares bytes.
+    /// Sets the padding of a value to zero, so that equal values have equal bytes. Needed because a replay compares bytes.
     ///
     /// # Safety
-    /// `at` points to a value, which no other code accesses during the call.
+    /// `at` must point to a value, and no other code may access the value during the call.
     unsafe fn clear_padding(_at: *mut Self) {}
 }
 

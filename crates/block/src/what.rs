@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Text of a C++ exception that left the body of a block.
+//! Text of a C++ exception that escaped the body of a block.
 
 use crate::abi::outcome;
 
@@ -14,7 +14,7 @@ impl What {
     /// Returns the text that belongs to an entry's result; empty if the result is not an exception.
     ///
     /// # Safety
-    /// An entry of a module in this process has returned `result`.
+    /// `result` must have been returned by an entry of a module in this process.
     pub unsafe fn of(result: u64) -> What {
         let mut what = What { bytes: [0; outcome::WHAT_MAX], len: 0 };
         if result & outcome::MASK != outcome::THREW {

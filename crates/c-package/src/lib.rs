@@ -20,7 +20,7 @@ thread_local! {
     static REFUSED: RefCell<LastRefusal> = RefCell::new(LastRefusal { text: CString::default(), json: CString::from(c"[]") });
 }
 
-/// Converts a string to a C string; it ends at the first NUL.
+/// Converts a string to a C string; the result ends at the first NUL.
 fn text(of: &str) -> CString {
     let end = of.find('\0').unwrap_or(of.len());
     CString::new(&of[..end]).expect("what is before the first NUL has none")
@@ -38,7 +38,7 @@ fn guarded<T>(call: impl FnOnce() -> Result<T, api::Refusals>) -> Option<T> {
     let refusals = match catch_unwind(AssertUnwindSafe(call)) {
         Ok(Ok(result)) => return Some(result),
         Ok(Err(refusals)) => refusals,
-        Err(_) => vec![api::refusal("the call failed inside OpenGPAC; please report it with the call that you made")],
+        Err(_) => vec![api::refusal("internal error in OpenGPAC; please report it, and include the call that caused it")],
     };
     remember(&refusals);
     None

@@ -68,7 +68,7 @@ impl Eds {
             let Some(index) = index_of(name) else { continue };
             eds.take(index, name, section, &sections)?;
         }
-        if eds.objects.is_empty() { Err("it names no object".to_owned()) } else { Ok(eds) }
+        if eds.objects.is_empty() { Err("it contains no objects".to_owned()) } else { Ok(eds) }
     }
 
     fn take(&mut self, index: u16, name: &str, section: &Section<'_>, sections: &BTreeMap<String, Section<'_>>) -> Result<(), String> {
@@ -123,7 +123,7 @@ impl Eds {
                 let is_near = |object: &Object| words.iter().any(|word| word.len() > 3 && object.name.to_lowercase().contains(word));
                 let near: Vec<&str> = self.objects().filter(|(_, object)| is_near(object)).map(|(_, object)| object.name.as_str()).take(5).collect();
                 let near = if near.is_empty() { String::new() } else { format!("; there are '{}'", near.join("', '")) };
-                Err(format!("its EDS file names no object '{name}'{near}"))
+                Err(format!("its EDS file contains no object '{name}'{near}"))
             }
             _ => Err(format!("its EDS file has {} objects '{name}'; give the index", found.len())),
         }
@@ -218,14 +218,14 @@ mod tests {
         assert_eq!(eds.mapping(0x1A00, 5), [0x6041_0010, 0x6064_0020]);
         assert_eq!(eds.named("Errors.Oldest").unwrap().0, Entry { index: 0x1003, sub: 2 });
         assert_eq!(eds.named("Errors.Errors1").unwrap().0, Entry { index: 0x1003, sub: 1 });
-        assert_eq!(eds.named("Actual position").unwrap_err(), "its EDS file names no object 'Actual position'; there are 'Position actual value'");
+        assert_eq!(eds.named("Actual position").unwrap_err(), "its EDS file contains no object 'Actual position'; there are 'Position actual value'");
     }
 
     #[test]
     fn what_is_no_data_sheet_is_refused_with_its_place() {
         let refused = |text: &str| Eds::read(text.as_bytes()).unwrap_err();
         assert_eq!(refused("[1000]\nParameterName=x\n"), "it is not an EDS file: it has no section [DeviceInfo]");
-        assert_eq!(refused("[DeviceInfo]\n"), "it names no object");
+        assert_eq!(refused("[DeviceInfo]\n"), "it contains no objects");
         assert_eq!(refused("hello\n"), "line 1 is neither a section nor a value: 'hello'");
         assert_eq!(refused("[DeviceInfo]\n[1000]\nDataType=7\n"), "[1000] has no ParameterName");
         assert_eq!(refused("[DeviceInfo]\n[1000]\nParameterName=x\nDataType=long\n"), "[1000]: its DataType is not a number");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Client side of an object transfer (SDO), expedited or segmented. These are functions on bytes; none of them blocks.
+//! Client side of an SDO transfer, expedited or segmented. These are functions on bytes; none of them blocks.
 use cia402::Entry;
 
 /// Maximum length of a value accepted from a node.
@@ -46,12 +46,12 @@ pub enum SdoOutcome {
 }
 
 impl Transfer {
-    /// Starts reading an object; returns the transfer and its first request.
+    /// Starts reading an object dictionary entry; returns the transfer and its first request.
     pub fn upload(of: Entry) -> (Transfer, [u8; 8]) {
         (Transfer { of, doing: Doing::Upload, toggle: false }, framed(0x40, of, [0; 4]))
     }
 
-    /// Starts writing an object.
+    /// Starts writing an object dictionary entry; returns the transfer and its first request.
     pub fn download(of: Entry, value: &[u8]) -> (Transfer, [u8; 8]) {
         let len = value.len();
         let request = if (1..=4).contains(&len) {

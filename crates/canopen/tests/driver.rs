@@ -132,7 +132,7 @@ fn without_its_controller_a_drive_stops_by_itself() {
     assert_eq!(rig.driver.watchdog_ns(), Some(100_000_000));
     rig.now_ns += 150_000_000;
     let lost = rig.exchange(&[Some(1.0)]).unwrap_err().message;
-    assert_eq!(lost, "its nodes stopped by themselves: no command came within their timeout of 100 ms");
+    assert_eq!(lost, "its nodes stopped by themselves: no command arrived within their timeout of 100 ms");
     assert_eq!((rig.bus.with(|bus| bus.number(X, 0x603F, 0)) as u16, rig.bus.with(|bus| bus.state(X))), (0x8130, "pre-operational".to_owned()));
     rig.reset();
     rig.until(&[Some(1.0)], "in operation again", |rig| rig.status("x") == OPERATION_ENABLED);

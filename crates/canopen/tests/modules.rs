@@ -153,7 +153,7 @@ fn wrong_terminals_are_refused_with_what_they_can_be() {
     let far = common::opened(&rig.interface, &json!([]), &json!({ "modules": [{ "name": "io", "node": IO, "channels": channels }] })).err().unwrap();
     assert_eq!(far, "node 7 (module 'io') has 6 analog inputs (object 0x6401:0), but a channel needs number 7");
     let drive = common::opened(&rig.interface, &json!([]), &json!({ "modules": [{ "name": "io", "node": X, "channels": {} }] })).err().unwrap();
-    assert_eq!(drive, "node 5 (module 'io') is not a module by CiA 401: its profile is 402");
+    assert_eq!(drive, "node 5 (module 'io') is not a CiA 401 module: its profile is 402");
 }
 
 /// Writes the data sheet of a drive with this product number and mappability of its torque.
@@ -189,7 +189,7 @@ fn objects_are_found_by_the_names_of_an_eds_file() {
     assert_eq!(read(&rig, "Following error window").unwrap()["number"], 777);
     assert_eq!(
         read(&rig, "Position of the moon").unwrap_err(),
-        "its EDS file names no object 'Position of the moon'; there are 'Position actual value', 'Target position'"
+        "its EDS file contains no object 'Position of the moon'; there are 'Position actual value', 'Target position'"
     );
     assert_eq!(rig.bus.with(|bus| bus.number(X, 0x1A00, 0)), 2, "the torque is not mapped: the file says that it cannot be");
     std::fs::remove_file(path).unwrap();

@@ -42,7 +42,7 @@ pub struct Commander {
     /// Actual position, and commanded position, counts.
     position: f64,
     target: f64,
-    /// True if the axis has been engaged, and stays enabled until it is stopped.
+    /// True if the axis has been engaged; it then stays enabled until it is stopped.
     is_wanted: bool,
     /// True if the axis is stopped until it is engaged again.
     is_stopped: bool,
@@ -50,7 +50,7 @@ pub struct Commander {
     was_engaged: bool,
     /// True if operation has been enabled since the axis was engaged.
     was_enabled: bool,
-    /// Time for which the axis has been engaged without reaching operation enabled, s.
+    /// Time for which the axis has been engaged without reaching the Operation Enabled state, s.
     awaited_s: f64,
     /// Number of cycles during which the status "operation enabled" may still be older than the command to disable operation.
     stale: u32,
@@ -141,7 +141,8 @@ impl Commander {
         self.was_enabled && self.state == DriveState::OperationEnabled && self.brake.is_none_or(|brake| brake.is_open())
     }
 
-    /// Returns the time for which the axis has been engaged without reaching operation enabled, s; 0 once it has been reached.
+    /// Returns the time for which the axis has been engaged without reaching the Operation Enabled state, s; 0 once the state has been
+    /// reached.
     pub fn awaited_s(&self) -> f64 {
         self.awaited_s
     }

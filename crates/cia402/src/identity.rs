@@ -63,7 +63,8 @@ pub struct BusDevice {
     pub found: Identity,
 }
 
-/// Compares the devices of a bus with the options and with those found when the bus was first opened; if all match, stores the new ones.
+/// Compares the devices of a bus with the options and with those found when the bus was first opened. If all match, stores the identities
+/// of the new ones.
 ///
 /// # Errors
 /// Fails with a message that names the first mismatching device, and the current location of the expected one.
@@ -75,7 +76,7 @@ pub fn check(devices: &[BusDevice]) -> Result<(), String> {
         if let Some((option, asked, is)) = device.expected.difference(found) {
             let holds = |other: &&BusDevice| other.place != device.place && device.expected.difference(&other.found).is_none();
             let elsewhere = told(devices.iter().find(holds));
-            return Err(format!("{title} is a different device than its options say: its {option} is {is} ({is:#x}), not {asked} ({asked:#x}){elsewhere}"));
+            return Err(format!("{title} is a different device than its options specify: its {option} is {is} ({is:#x}), not {asked} ({asked:#x}){elsewhere}"));
         }
         // A serial number in the options determines the device, whatever was there before.
         let Some(before) = first.get(&device.place).filter(|before| *before != found && device.expected.serial.is_none()) else { continue };

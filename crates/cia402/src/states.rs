@@ -55,7 +55,7 @@ impl DriveState {
         }
     }
 
-    /// Returns the control word that leads one step closer to operation enabled; no control word does so in a fault.
+    /// Returns the control word that leads one step closer to the Operation Enabled state; no control word does so in a fault.
     pub fn towards_operation(self) -> u16 {
         use DriveState::*;
         match self {

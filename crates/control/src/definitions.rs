@@ -52,7 +52,7 @@ fn references(of: &Value) -> BTreeSet<String> {
     found
 }
 
-/// Rewrites every reference in a schema with `to`.
+/// Applies `to` to every reference in a schema.
 pub(crate) fn refer(of: &mut Value, to: &impl Fn(&str) -> String) {
     match of {
         Value::Object(members) => members.iter_mut().for_each(|(name, value)| match value {

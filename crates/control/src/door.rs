@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! State of the HTTP front end: a daemon, and the HTTP-specific state between it and its callers.
+//! State of the HTTP front end: the daemon that it serves, and its HTTP-specific state.
 use crate::page::Page;
 use crate::site::Site;
 use crate::slots::Doors;
@@ -24,7 +24,7 @@ impl Door {
     pub fn tell_who_gave_way(&self) {
         let gave = self.slots.gave_way();
         let (Some((most, count)), all) = (gave.first(), gave.iter().map(|(_, count)| count).sum::<u64>()) else { return };
-        let text = format!("{all} connections that did not identify themselves were closed to make room for others, {count} of them from {most}");
+        let text = format!("{all} connections that did not authenticate were closed to make room for others, {count} of them from {most}");
         self.service.system.log_control(&text);
     }
 }

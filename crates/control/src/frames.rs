@@ -13,7 +13,7 @@ pub struct StreamFrame {
     /// Topic of the subscription.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub subscribe: Option<Topic>,
-    /// Client's name for the subscription.
+    /// Name that the client chose for the subscription.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub id: Option<String>,
     /// Name of the subscription to end.
@@ -22,11 +22,10 @@ pub struct StreamFrame {
     /// SVVs and cells to observe, for the topics `svvs` and `scope`.
     #[serde(default)]
     pub names: Vec<String>,
-    /// Period of observation, ms of wall-clock time: at least 10; at least 100 for `statistics` and `installed`; at most 1,000 for
-    /// `scope`.
+    /// Observation period, ms of wall-clock time: at least 10; at least 100 for `statistics` and `installed`; at most 1,000 for `scope`.
     #[serde(default = "every_ms")]
     pub every_ms: u64,
-    /// True if `svvs` are sent as base64-encoded bytes instead of values.
+    /// True if the topic `svvs` sends base64-encoded bytes instead of values.
     #[serde(default)]
     pub raw: bool,
     /// Number of the first entry of `log` or `ends` to send.
@@ -34,8 +33,8 @@ pub struct StreamFrame {
     pub since: u64,
 }
 
-/// Topic of a stream. `scope` sends every value of some SVVs and private cells in binary frames; `installed` is sent at the start and
-/// whenever it changes.
+/// Topic of a stream. `scope` sends every value of the selected SVVs and private cells in binary frames; `installed` is sent at the start
+/// and whenever it changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Topic {

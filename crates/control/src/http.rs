@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Paths and methods of version 1, each handled in a few lines.
+//! Paths and methods of version 1 of the interface, each handled in a few lines.
 mod code;
 mod command;
 mod request;
@@ -54,7 +54,7 @@ pub(crate) fn router(door: Door) -> Router {
         .route("/v1/stream", get(stream::open))
         .fallback(|| async { RefusedRequest(Failure::new(Class::UnknownName, "there is no such path", "see docs/control.md")) })
         .method_not_allowed_fallback(|| async {
-            let refused = RefusedRequest(Failure::new(Class::CallError, "this path does not have this method", "see docs/control.md"));
+            let refused = RefusedRequest(Failure::new(Class::CallError, "this path does not support this method", "see docs/control.md"));
             (StatusCode::METHOD_NOT_ALLOWED, refused)
         })
         .layer(DefaultBodyLimit::disable())
@@ -62,7 +62,8 @@ pub(crate) fn router(door: Door) -> Router {
         .with_state(door)
 }
 
-/// Returns true if a request stops something or prepares a stop: a client that wants to halt first opens a session and takes command.
+/// Returns true if a request stops something or prepares a stop. Opening a session and taking command count, because a client must do
+/// both before it can halt anything.
 fn leads_to_a_stop(request: &Request) -> bool {
     let path = request.uri().path();
     let called = path.strip_prefix("/v1/call/").and_then(calls::find);
@@ -191,7 +192,7 @@ fn begin(
     Ok(SliceOfCall { answer: service.call(call, asked, caller, presence)?, left })
 }
 
-/// Answers a call that was started, when it ends or when its slice ends. This wait is subject to the same limits as any other.
+/// Answers a started call when the call ends or its slice expires. This wait is subject to the same limits as any other.
 async fn ended(
     service: &Arc<Service>,
     caller: &Caller,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The control interface within one process: without a socket or a thread, on the clock of the runtime in which it is used. Simulators
-//! and tests can stop that clock.
+//! The control interface within one process. It needs neither a socket nor a thread, and uses the clock of the runtime in which it runs;
+//! simulators and tests can stop that clock.
 use crate::door::Door;
 use crate::serve::{Options, door, service};
 use axum::Router;
@@ -25,13 +25,13 @@ impl Inside {
         Ok(Inside(door(service(system, options, Audit::none(), None, None, Lanes::new(None))?, options)?))
     }
 
-    /// Returns the router of all paths. A request carries a [`daemon::Peer`] among its extensions and has a `Host` header, like one that
-    /// arrives over a socket.
+    /// Returns the router of all paths. Every request must carry a [`daemon::Peer`] extension, and a `Host` header like one that arrives
+    /// over a socket.
     pub fn router(&self) -> Router {
         crate::http::router(self.0.clone())
     }
 
-    /// Checks the sessions for as long as it is polled.
+    /// Checks the sessions at regular intervals, as long as the returned future is polled.
     pub async fn look_after(&self) {
         let mut tick = tokio::time::interval(LOOK);
         let mut regular = Looks::new(LOOK);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Answers that are being sent. Their bytes count against their caller's share until they have been sent, so that clients that do not
-//! read cannot fill the memory.
+//! read cannot exhaust the memory.
 use api::Role;
 use axum::body::{Body, Bytes};
 use axum::http::{HeaderValue, header};
@@ -18,7 +18,7 @@ use std::task::{Context, Poll};
 /// Number of bytes passed to the connection at a time.
 const PIECE: usize = 32 << 10;
 
-/// Unsent rest of an answer.
+/// Unsent remainder of an answer.
 struct AnswerRest {
     rest: Bytes,
     _share: Option<Share>,
@@ -42,8 +42,8 @@ impl HttpBody for AnswerRest {
     }
 }
 
-/// Builds the answer with this JSON text to a call that requires this role. If too much is pending for the caller, the answer is refused
-/// if the call only observes; the answer to a call that acted is always sent.
+/// Builds the answer with this JSON text to a call that requires this role. If too many bytes are pending for the caller, the answer is
+/// refused if the call only observes; the answer to a call that acted is always sent.
 pub(crate) fn leaving(service: &Service, caller: &Caller, text: Vec<u8>, role: Role) -> Result<Response, Failure> {
     let share = if text.len() > SMALL && role == Role::Observe { Some(service.lanes.answers.take(caller, text.len())?) } else { None };
     let mut response = Response::new(Body::new(AnswerRest { rest: text.into(), _share: share }));

@@ -24,7 +24,7 @@ use tokio::runtime::Runtime;
 use tokio_rustls::TlsAcceptor;
 use tower::ServiceExt;
 
-/// Time limit of an authenticated caller for sending headers, and for leaving a connection idle.
+/// Time limit for an authenticated caller to send headers, and maximum idle time of its connection.
 const IDLE_MAX: Duration = Duration::from_secs(60);
 /// Maximum time for which the peer may accept no bytes of an answer.
 const TAKE_MAX: Duration = Duration::from_secs(10);
@@ -49,7 +49,8 @@ impl Listener {
     }
 }
 
-/// Listens on TCP. The backlog is large enough for a burst, because a client whose connection finds it full retries only after a second.
+/// Listens on TCP. The backlog is large enough for a burst, because a client whose connection attempt is dropped retries only after a
+/// second.
 pub(crate) fn bound(runtime: &Runtime, address: SocketAddr) -> io::Result<TcpListener> {
     let _inside = runtime.enter();
     let socket = if address.is_ipv4() { TcpSocket::new_v4() } else { TcpSocket::new_v6() }?;
@@ -180,7 +181,7 @@ mod tests {
         client
     }
 
-    /// Sends `begin`, then `again` repeatedly with a pause before each, until the peer stops accepting it. Returns the elapsed time and
+    /// Sends `begin`, then `again` repeatedly with a pause before each, until the peer stops accepting data. Returns the elapsed time and
     /// the bytes received.
     async fn drip(mut client: tokio::io::DuplexStream, begin: &[u8], again: &[u8], pause: Duration) -> (Duration, Vec<u8>) {
         let begun = tokio::time::Instant::now();

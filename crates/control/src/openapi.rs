@@ -126,7 +126,7 @@ fn body(schema: &Value) -> Value {
     json!({ "application/json": { "schema": schema } })
 }
 
-/// Returns the schema of `{"result": …}`, with the continuation if the call is long.
+/// Returns the schema of `{"result": …}`, with the continuation if the call is long-running.
 fn result(schema: &Value, lasts: bool) -> Value {
     let done = json!({ "type": "object", "properties": { "result": schema }, "required": ["result"] });
     if !lasts {

@@ -37,7 +37,7 @@ struct Asset {
     tag: String,
 }
 
-/// Files by path, such as `/assets/index-4f2a.js`; `/` is `index.html`.
+/// Files by path, such as `/assets/index-4f2a.js`; `/` maps to `index.html`.
 pub struct Page(HashMap<String, Asset>);
 
 impl Page {

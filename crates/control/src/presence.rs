@@ -8,7 +8,8 @@ use model::refusal::Class;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Header that gives the daemon's time of a command, ms: the time in the last heartbeat of a stream plus the time elapsed since then.
+/// Header that gives the time of a command on the daemon's clock, ms: the time in the last heartbeat of a stream plus the time elapsed
+/// since then.
 const AS_OF: &str = "opengpac-as-of";
 
 /// Period at which the access of a caller is rechecked during a long request.
@@ -32,7 +33,7 @@ pub(crate) fn needed(presence: Option<Presence>) -> Result<Presence, Failure> {
     presence.ok_or_else(|| Failure::new(Class::CallError, "there is no session", "open one and send its ID in the header OpenGPAC-Session"))
 }
 
-/// A connection that a session holds. If the connection breaks before the session ends, the session is lost.
+/// A connection that holds a session. If the connection breaks before the session ends, the session is lost.
 pub(crate) struct SessionHold {
     service: Arc<Service>,
     id: String,

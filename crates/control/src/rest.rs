@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The unread rest of a body. It is read before the answer leaves, so that a client that is still sending receives the refusal instead of
-//! a closed connection.
+//! The unread remainder of a body. It is read before the answer is sent, so that a client that is still sending receives the refusal
+//! instead of a closed connection.
 use axum::body::{Bytes, HttpBody};
 use daemon::calls::BODY_MAX;
 use hyper::body::{Frame, Incoming, SizeHint};
@@ -10,10 +10,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll};
 use std::time::Duration;
 
-/// Time limit for receiving the rest.
+/// Time limit for receiving the remainder.
 const REST_TIME: Duration = Duration::from_secs(2);
 
-/// Receives a body that is abandoned before its end.
+/// Body that its handler abandoned before the end, if any.
 #[derive(Clone, Default)]
 pub(crate) struct Rest(Arc<Mutex<Option<Incoming>>>);
 
@@ -30,7 +30,7 @@ impl Rest {
         HandlerBody { body: Some(body), rest: self.clone() }
     }
 
-    /// Reads and discards the abandoned rest, up to the maximum length of a body.
+    /// Reads and discards the abandoned remainder, up to the maximum length of a body.
     pub async fn take(&self) {
         let Some(mut body) = self.0.lock().unwrap_or_else(PoisonError::into_inner).take() else { return };
         let read = async {

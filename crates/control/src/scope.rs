@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The scope topic of a stream: sends every value of its channels, at the full rate at which they are stored, in binary frames.
 //!
-//! A frame is sent at once, or never: values that a slow reader misses are counted, and the next frame that it receives contains the
-//! count. Therefore displayed values are never old, and the number of missing values is exact.
+//! A frame is sent immediately or not at all. Values that a slow reader misses are counted, and the next frame that it receives contains
+//! the count. Displayed values are therefore never stale, and the number of missing values is exact.
 use crate::told::{ScopeChannel, ScopeHead, StreamAnswer};
 use api::Refusals;
 use model::types::{Scalar, Type};

@@ -46,7 +46,7 @@ pub struct Options {
     /// Certificate authority that signs client certificates.
     pub client_ca: Option<PathBuf>,
     pub tokens: Option<PathBuf>,
-    /// Creates a token with this role for this run; it is part of [`Server::studio`].
+    /// Role of a token that is created for this run. The token is part of [`Server::studio`].
     pub run_token: Option<Role>,
     /// Folder of the studio's page, served at `/` over TCP.
     pub page: Option<PathBuf>,
@@ -58,9 +58,9 @@ pub struct Options {
     pub hosts: Vec<String>,
     /// Origins of pages that may make calls.
     pub origins: Vec<String>,
-    /// Interpreter that tests code modules; default `python3`.
+    /// Python interpreter used to test code modules; default `python3`.
     pub python: Option<String>,
-    /// Journal file: the calls that configured the system, which are repeated at startup.
+    /// Journal file, which contains the calls that configured the system. They are replayed at startup.
     pub journal: Option<PathBuf>,
     /// Folder in which callers may store recordings.
     pub records: Option<PathBuf>,
@@ -166,7 +166,7 @@ pub(crate) fn service(
         audit,
         rates: Rates::new(20_000.0, 20_000.0),
         lanes,
-        files: Files::new().map_err(|why| refuse(format!("cannot make a folder for files: {why}"), "free space in the folder of temporary files"))?,
+        files: Files::new().map_err(|why| refuse(format!("cannot create a folder for files: {why}"), "free up space in the folder of temporary files"))?,
         journal,
         records: options.records.clone(),
         trust: digests(&options.trust)?,
@@ -186,7 +186,7 @@ pub(crate) fn door(service: Service, options: &Options) -> Result<Door, Refusals
     })
 }
 
-/// Returns the digests in the format used for comparison. Fails if a text is not a digest.
+/// Converts digests to the format used for comparison. Fails if one of the texts is not a digest.
 fn digests(given: &[String]) -> Result<Vec<String>, Refusals> {
     let digest = |text: &String| {
         let lower = text.to_ascii_lowercase();
@@ -197,7 +197,7 @@ fn digests(given: &[String]) -> Result<Vec<String>, Refusals> {
 }
 
 impl Server {
-    /// Serves a system. If any option is refused, nothing listens.
+    /// Serves a system. If any option is refused, no listener is opened.
     pub fn start(system: Arc<System>, options: &Options) -> Result<Server, Refusals> {
         Server::start_watched(system, options, &mut NoWatcher)
     }
@@ -296,7 +296,7 @@ impl Server {
         self.studio.as_deref()
     }
 
-    /// Returns the router of the interface without a connection. For tests and fuzzers, which identify the caller by a request extension,
+    /// Returns the router of the interface, for use without a connection. Tests and fuzzers identify the caller by a request extension,
     /// [`daemon::Peer`].
     pub fn router(&self) -> axum::Router {
         crate::http::router(self.door.clone())

@@ -77,8 +77,8 @@ fn bearer(headers: &HeaderMap) -> Result<Option<&str>, Failure> {
     token.filter(|token| !token.is_empty()).map(Some).ok_or_else(|| Failure::from(TokenRejection::Wrong))
 }
 
-/// Returns the token among the subprotocols of a WebSocket, `bearer.TOKEN`, because a browser cannot send an `Authorization` header when
-/// it opens one. Ignored if the request does not open a WebSocket.
+/// Returns the token among the subprotocols of a WebSocket, `bearer.TOKEN`. Browsers send it there, because they cannot send an
+/// `Authorization` header when they open a WebSocket. Subprotocols of any other request are ignored.
 fn of_protocols(headers: &HeaderMap) -> Result<Option<&str>, Failure> {
     let opens = headers.get(header::UPGRADE).is_some_and(|to| to.as_bytes().eq_ignore_ascii_case(b"websocket"));
     if !opens {

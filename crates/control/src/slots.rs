@@ -60,8 +60,8 @@ pub(crate) struct Doors {
 }
 
 impl Doors {
-    /// Closes the connections of callers that have lost access. This happens at the second check, so that requests on them have had time
-    /// to report the loss themselves.
+    /// Closes the connections of callers that have lost access. A connection is closed only at the second check, so that requests on it
+    /// have had time to report the loss themselves.
     pub fn look_again(&self, gate: &Gate) {
         [&self.socket, &self.network].into_iter().for_each(|slots| slots.look_again(gate));
     }

@@ -25,7 +25,7 @@ fn refuse(class: Class, message: String, remedy: &str) -> Refusals {
 }
 
 /// Listens at a path. The socket has mode 0600 before any other user can reach it; a socket without a server is replaced. A missing
-/// folder is created with mode 0700; the default folder must belong to this user and be closed to others.
+/// folder is created with mode 0700; the default folder must belong to this user and be inaccessible to others.
 pub fn bind(path: &Path, is_default: bool) -> Result<UnixListener, Refusals> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let failed =

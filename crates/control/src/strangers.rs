@@ -23,7 +23,7 @@ pub(crate) const HANDSHAKE_MAX: Duration = Duration::from_secs(2);
 /// Time limit of a stranger for its TLS handshake and first request header, and between two request headers.
 pub(crate) const STRANGER_MAX: Duration = Duration::from_secs(5);
 
-/// Origin of strangers.
+/// Origin of an unauthenticated connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Origin {
     /// The Unix socket.
@@ -55,7 +55,7 @@ impl fmt::Display for Origin {
 pub(crate) struct Stranger {
     pub origin: Origin,
     pub until: Instant,
-    /// Time at which it first sent data (a handshake or a request header).
+    /// Time at which the client first sent data (a handshake or a request header).
     spoke: Option<Instant>,
     pub end: Arc<Notify>,
 }
@@ -111,7 +111,7 @@ pub(crate) struct Strangers {
     most: usize,
     held: BTreeMap<u64, Stranger>,
     crowds: HashMap<Origin, Crowd>,
-    /// Crowds ranked by size: all crowds, and those that have silent connections.
+    /// Ranks of all crowds; `silent_ranks` contains only those of crowds that have silent connections.
     ranks: BTreeSet<Rank>,
     silent_ranks: BTreeSet<Rank>,
 }

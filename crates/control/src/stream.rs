@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The stream: a WebSocket that carries values, statistics, the log and end reports to its subscribers. A slow reader misses frames,
-//! delays no one else, and is notified of the number missed.
+//! The stream: a WebSocket that carries values, statistics, the log and end reports to its subscribers. A slow reader misses frames and
+//! is notified of the number missed; it does not delay other readers.
 use crate::frames::{self, StreamRequest, Topic};
 use crate::presence::{SessionHold, present, shut_out};
 use crate::refused::RefusedRequest;
@@ -45,7 +45,7 @@ const BEAT: Duration = Duration::from_millis(250);
 const FRAMES_EACH_SECOND: u32 = 256;
 /// Close code for a stream whose client sends too many frames.
 const TOO_MANY: u16 = 1008;
-/// Close code for a stream whose caller has lost access, and the time limit for sending it.
+/// Close code for a stream whose caller has lost access; `PARTING_MAX` is the time limit for sending it.
 const SHUT_OUT: u16 = 4401;
 const PARTING_MAX: Duration = Duration::from_millis(500);
 
@@ -112,7 +112,7 @@ type RunningSubscription = (JoinHandle<()>, usize);
 /// Subscriptions of one stream, by the names that its client chose.
 type Subscriptions = HashMap<String, RunningSubscription>;
 
-/// Counts the frames that a client sends in one second.
+/// Counter of the frames that a client sends in one second.
 struct Pace {
     since: Instant,
     frames: u32,
@@ -197,7 +197,7 @@ impl Stream {
         }
     }
 
-    /// Executes a frame from the client.
+    /// Executes the request in a frame from the client.
     fn follow(&self, sender: &Sender<Frame>, subscriptions: &mut Subscriptions, text: &str) -> Result<(), Failure> {
         let subscription = match frames::frame(text)? {
             StreamRequest::Unsubscribe(id) => {

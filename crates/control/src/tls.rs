@@ -35,7 +35,7 @@ pub fn fingerprint(certificate: &CertificateDer<'_>) -> [u8; 32] {
 fn private_key(path: &Path) -> Result<PrivateKeyDer<'static>, Refusals> {
     let failed = |why: std::io::Error| wrong(format!("cannot read the key '{}': {why}", path.display()), "give a PEM file");
     let closed = |why: std::io::Error| match why.kind() {
-        ErrorKind::PermissionDenied => wrong(format!("the key of TLS: {why}"), "make it readable only by its owner"),
+        ErrorKind::PermissionDenied => wrong(format!("the TLS key: {why}"), "make it readable only by its owner"),
         _ => failed(why),
     };
     let file = secret::open(path).map_err(closed)?;
@@ -53,13 +53,14 @@ pub struct Tls {
 }
 
 impl Tls {
-    /// Reads the files. `client_ca` signs client certificates; `only_certificates` makes them mandatory.
+    /// Reads the files. `client_ca` is the authority that signs client certificates; `only_certificates` makes client certificates
+    /// mandatory.
     pub fn open(certificate: &Path, key: &Path, client_ca: Option<&Path>, only_certificates: bool) -> Result<Tls, Refusals> {
         let acceptor = RwLock::new(acceptor(certificate, key, client_ca, only_certificates)?);
         Ok(Tls { certificate: certificate.to_owned(), key: key.to_owned(), client_ca: client_ca.map(Path::to_owned), only_certificates, acceptor })
     }
 
-    /// Reloads the files for future connections. If they are invalid, fails and continues to use the previous ones.
+    /// Reloads the files for future connections. If they are invalid, fails, and the previous ones remain in use.
     pub fn reread(&self) -> Result<(), Refusals> {
         let new = acceptor(&self.certificate, &self.key, self.client_ca.as_deref(), self.only_certificates)?;
         *self.acceptor.write().unwrap_or_else(PoisonError::into_inner) = new;
@@ -75,8 +76,9 @@ impl Tls {
 /// Creates a TLS acceptor from these files.
 fn acceptor(certificate: &Path, key: &Path, client_ca: Option<&Path>, only_certificates: bool) -> Result<TlsAcceptor, Refusals> {
     let provider = Arc::new(rustls::crypto::ring::default_provider());
-    let failed =
-        |why: &dyn std::fmt::Display| wrong(format!("TLS with '{}' and '{}': {why}", certificate.display(), key.display()), "check that they belong together");
+    let failed = |why: &dyn std::fmt::Display| {
+        wrong(format!("cannot use '{}' and '{}' for TLS: {why}", certificate.display(), key.display()), "check that they belong together")
+    };
     let builder = ServerConfig::builder_with_provider(provider.clone()).with_safe_default_protocol_versions().map_err(|why| failed(&why))?;
     let builder = match client_ca {
         None => builder.with_no_client_auth(),

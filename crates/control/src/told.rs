@@ -39,7 +39,7 @@ pub(crate) struct StreamAnswer {
 /// Channels of a scope.
 #[derive(Debug, Serialize, JsonSchema)]
 pub(crate) struct ScopeHead {
-    /// Channels, in the order of the runs of its binary frames.
+    /// Channels, in the order in which the binary frames number them.
     pub channels: Vec<ScopeChannel>,
 }
 

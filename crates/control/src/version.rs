@@ -20,8 +20,8 @@ pub struct Version {
     pub target: String,
     /// Name of the real-time system.
     pub system: String,
-    /// Identifier of this run of the system. It changes when the system restarts, and log entries and other items are then numbered from
-    /// the start again.
+    /// Identifier of this run of the system. It changes when the system restarts, because the numbering of log entries and other items
+    /// then restarts as well.
     pub run: String,
     pub clock: ClockName,
     /// Role of the caller.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Audit file: one JSON line per command, with its caller, is appended. A configuration change that cannot be recorded is refused. A
-//! system that serves only its studio has no audit file unless requested; commands are then recorded only in the log.
+//! Audit file, to which one JSON line per command is appended, with the caller. A configuration change that cannot be recorded is
+//! refused. A system that serves only its studio has no audit file unless requested; commands are then recorded only in the log.
 use crate::caller::Caller;
 use crate::failure::Failure;
 use crate::requests::hex;
@@ -19,7 +19,7 @@ pub(crate) const FILE_MAX: u64 = 64 << 20;
 /// Number of earlier files to keep: `FILE.1` to `FILE.4`, the last of which is the oldest.
 const OLD_MAX: usize = 4;
 
-/// A line of the file.
+/// A line of the audit file.
 #[derive(Serialize)]
 struct Line<'a> {
     /// Time, s since the Unix epoch.
@@ -132,7 +132,7 @@ impl Audit {
                 Err(Failure::new(
                     Class::AuditFailed,
                     format!("the audit file cannot be written: {why}"),
-                    "make room for it; observing and operating still work",
+                    "free up disk space; observing and operating still work",
                 ))
             }
         }

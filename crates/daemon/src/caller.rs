@@ -67,8 +67,8 @@ pub struct Gate {
 }
 
 impl Gate {
-    /// Authenticates a request with this token. Returns its caller, and the credential with which it was authenticated; fails if it is
-    /// not admitted.
+    /// Authenticates the caller of a request: by the token or, if there is none, by the user or client certificate of the connection.
+    /// Returns the caller and the credential used; fails if the caller is not admitted.
     pub fn let_in(&self, peer: &Peer, token: Option<&str>) -> Result<(Caller, Pass), Failure> {
         let from = match peer {
             Peer::Unix { .. } => "unix".to_owned(),

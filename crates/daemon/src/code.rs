@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Compatibility check for code: version of the block interface, and target platform, of a shared object.
+//! Compatibility check for code: a shared object must have the right version of the block interface and the right target platform.
 use crate::failure::Failure;
 use model::refusal::Class;
 use serde::Deserialize;

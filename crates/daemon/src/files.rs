@@ -70,7 +70,7 @@ impl Files {
         }
         let more = bytes.len() as u64;
         if *total + more > FILES_MAX {
-            return Err(Failure::new(Class::LimitExceeded, format!("files can have at most {} MiB together", FILES_MAX >> 20), "restart the daemon"));
+            return Err(Failure::new(Class::LimitExceeded, format!("all files together can have at most {} MiB", FILES_MAX >> 20), "restart the daemon"));
         }
         fs::write(&path, bytes).map_err(|why| failed("keep a file", &why))?;
         *total += more;
@@ -99,7 +99,7 @@ impl Files {
         let mut random = [0_u8; 8];
         getrandom::fill(&mut random).map_err(|why| Failure::new(Class::InvalidState, format!("cannot generate a random number: {why}"), "try again"))?;
         let folder = self.folder.join(hex(&random));
-        fs::DirBuilder::new().mode(0o700).create(&folder).map_err(|why| failed("make a folder", &why))?;
+        fs::DirBuilder::new().mode(0o700).create(&folder).map_err(|why| failed("create a folder", &why))?;
         let path = folder.join(name);
         let result = fs::write(&path, bytes).map(|()| run(&path)).map_err(|why| failed("write the file", &why));
         // The daemon's whole folder is removed at its end in any case.
@@ -115,7 +115,7 @@ impl Files {
         if role < Role::Download && (reach == Reach::Code || !is_reference) {
             let (what, remedy) = match reach {
                 Reach::Code => ("code that runs", "leave it out, or ask for a token of that role"),
-                _ => ("a file of the machine of the system", "upload its files (PUT /v1/files/SHA256) and name them, or ask for a token of that role"),
+                _ => ("a file on the machine of the system", "upload its files (PUT /v1/files/SHA256) and name them, or ask for a token of that role"),
             };
             let message = format!("'{option}' names {what}, which needs the role download, but the caller has {}", role.word());
             return Err(Failure::new(Class::NotAllowed, message, remedy));
@@ -194,7 +194,7 @@ pub fn check_digest(sha256: &str, bytes: &[u8], what: &str) -> Result<(), Failur
     if is == sha256 {
         return Ok(());
     }
-    Err(Failure::new(Class::CallError, format!("{what} has SHA-256 {is}, not {sha256}"), "send it again: it was changed on its way"))
+    Err(Failure::new(Class::CallError, format!("{what} has SHA-256 {is}, not {sha256}"), "send it again: it was changed in transit"))
 }
 
 fn check_relative(name: &str) -> Result<(), Failure> {
@@ -206,5 +206,5 @@ fn check_relative(name: &str) -> Result<(), Failure> {
 }
 
 fn failed(what: &str, why: &io::Error) -> Failure {
-    Failure::new(Class::InvalidState, format!("cannot {what}: {why}"), "free space on the machine of the system")
+    Failure::new(Class::InvalidState, format!("cannot {what}: {why}"), "free up disk space on the machine of the system")
 }

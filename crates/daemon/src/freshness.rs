@@ -17,11 +17,11 @@ fn judge(call: &str, now_ms: u64, then_ms: u64) -> Result<(), Failure> {
     let message = match (now_ms + 1).checked_sub(then_ms) {
         Some(age_ms) if age_ms <= AGE_MAX_MS + 1 => return Ok(()),
         Some(age_ms) if age_ms < 1 << 31 => {
-            format!("'{call}' arrived {} ms after it was given, but a command is obeyed only within {AGE_MAX_MS} ms: it was not carried out", age_ms - 1)
+            format!("'{call}' arrived {} ms after it was issued, but a command is carried out only within {AGE_MAX_MS} ms: it was not carried out", age_ms - 1)
         }
-        _ => format!("'{call}' was given to an earlier run of the system: it was not carried out"),
+        _ => format!("'{call}' was issued to an earlier run of the system: it was not carried out"),
     };
-    Err(Failure::new(Class::InvalidState, message, "check what the system does now, and give the command again"))
+    Err(Failure::new(Class::InvalidState, message, "check what the system does now, and issue the command again"))
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Journal of a daemon: the calls that configured its system, from which a restarted daemon restores it.
 //!
-//! A call is recorded after it was made and before it is answered. [`lines`] defines the format of the file, [`ledger`] computes its
+//! A call is recorded after it has been made and before it is answered. [`lines`] defines the format of the file, [`ledger`] computes its
 //! effect, [`file`](self::file) and [`content`] store it, and [`playing`](crate::playing) repeats it.
 pub(crate) mod compaction;
 mod content;
@@ -56,7 +56,7 @@ fn refuse(class: Class, message: String, remedy: &str) -> Refusals {
 }
 
 fn unwritable(path: &Path, why: &io::Error) -> Refusals {
-    refuse(Class::DefinitionError, format!("cannot keep the journal '{}': {why}", path.display()), "give another with --journal, or make room for it")
+    refuse(Class::DefinitionError, format!("cannot keep the journal '{}': {why}", path.display()), "choose another one with --journal, or free up disk space")
 }
 
 impl Journal {
@@ -176,13 +176,13 @@ impl Journal {
         let _said = self.said(system, Role::Operate, written);
     }
 
-    /// Records that a session was closed in an orderly way.
+    /// Records that a session was closed gracefully.
     pub fn closed(&self, system: &System, session: &str) {
         let written = self.locked().append(Line::Closed { session: session.to_owned() });
         let _said = self.said(system, Role::Operate, written);
     }
 
-    /// Records that the daemon ends in an orderly way, and everything that is running with it.
+    /// Records that the daemon, and everything that is running in it, ends gracefully.
     pub fn end(&self, system: &System) {
         let mut inner = self.locked();
         let mut written = inner.ledger.running().into_iter().try_for_each(|of| inner.became(of, State::Ended));
@@ -199,10 +199,11 @@ impl Journal {
 
     fn refused(&self, why: &io::Error, done: &str) -> Failure {
         let message = format!("the journal '{}' cannot be written: {why}; {done}", self.path.display());
-        Failure::new(Class::AuditFailed, message, "make room for it; observing, operating and stopping still work")
+        Failure::new(Class::AuditFailed, message, "free up disk space; observing, operating and stopping still work")
     }
 
-    /// Reports a line that could not be written: as an error to a caller that configures, and in the log for everyone.
+    /// Reports a line that could not be written: as an error if the role is `configure` or above, otherwise once in the log and on
+    /// standard error.
     fn said(&self, system: &System, role: Role, written: io::Result<()>) -> Result<(), Failure> {
         let Err(why) = written else {
             self.told.store(false, Ordering::Relaxed);

@@ -58,7 +58,7 @@ pub const SMALL: usize = 64 << 10;
 /// daemon's own checks.
 const SHARED_THREADS: usize = WAITS_MAX + SCOPES_MAX + USUAL_MAX + 16;
 
-/// Time for which the receiving thread waits for a lasting call, equal to one firing at 1 kHz.
+/// Time for which the receiving thread waits for a lasting call, equal to one period at 1 kHz.
 pub const BRIEF: Duration = Duration::from_millis(1);
 
 /// Lane in which a request waits and runs.
@@ -238,7 +238,7 @@ fn in_place<T>(run: impl FnOnce() -> Result<T, Failure>) -> Result<T, Failure> {
 }
 
 fn failed_inside() -> Failure {
-    Failure::new(Class::InvalidState, "the call failed inside OpenGPAC", "please report it, with the call that you made").ground(Ground::Internal)
+    Failure::new(Class::InvalidState, "internal error in OpenGPAC", "please report it, and include the call that caused it").ground(Ground::Internal)
 }
 
 #[cfg(test)]

@@ -94,7 +94,7 @@ pub fn play(service: &Service, journal: &Journal, strict: bool, watcher: &mut dy
         player.watcher.tell(&format!("{} verb instances were suspended and are not started again", suspended.len()));
     }
     if !stopped.is_empty() {
-        player.watcher.tell("the emergency stop is latched: what was running when it came is not started again");
+        player.watcher.tell("the emergency stop is latched: instances that were running when it was triggered are not started again");
     }
     player.take_over();
     let Player { instances, failures, total, .. } = player;
@@ -298,11 +298,11 @@ fn make(service: &Service, name: &str, arguments: Map<String, Json>, by: &By) ->
     crate::records::go_on(&call.records, &mut arguments);
     match api::begin(&service.system, name, &Json::Object(arguments).to_string(), SLICE)? {
         CallResult::Done(result) => Ok(result),
-        CallResult::Waiting { .. } => Err(Failure::new(Class::CallError, format!("call '{name}' may last, so it cannot be played"), "delete that line")),
+        CallResult::Waiting { .. } => Err(Failure::new(Class::CallError, format!("call '{name}' may wait, so it cannot be played"), "delete that line")),
     }
 }
 
-/// Returns the text about a processor that lost its daemon.
+/// Returns the message for a processor that lost its daemon.
 fn taken(of: &OfProcessor) -> String {
     let OfProcessor { name, processors, carried, ended, gap_ns, .. } = of;
     let what = if processors.contains(name) { format!("processor '{name}'") } else { format!("process '{name}' (processors '{}')", processors.join("', '")) };
@@ -313,7 +313,7 @@ fn taken(of: &OfProcessor) -> String {
     format!("{what} was taken over: {} blocks continue, {} have ended{held}", carried.len(), ended.len())
 }
 
-/// Returns true if nothing is started when replaying this call fails, because a safeguard that would stop a motion is missing.
+/// Returns true if nothing may be started after replaying this call has failed, because a safeguard that would stop a motion is missing.
 fn watches(call: &str) -> bool {
     calls::find(call).is_some_and(|call| call.journal.watches)
 }

@@ -44,7 +44,7 @@ impl Rates {
     }
 
     fn refusal(&self, caller: &str, wait_s: f64) -> Failure {
-        let message = format!("{caller} calls more often than {} times a second", self.per_s);
+        let message = format!("{caller} makes more than {} calls per second", self.per_s);
         Failure::new(Class::LimitExceeded, message, "wait for the time in Retry-After").again_in((wait_s.ceil() as u64).max(1))
     }
 }

@@ -46,7 +46,7 @@ pub fn identify(takes: &RecordArguments, arguments: &mut Map<String, Json>) -> R
     Ok(())
 }
 
-/// Makes a recording that was in progress when its daemon died continue in a new file next to the existing ones: `run-2.mcap` after
+/// Continues a recording that was in progress when its daemon died, in a new file next to the existing ones: `run-2.mcap` after
 /// `run.mcap`.
 pub fn go_on(takes: &RecordArguments, arguments: &mut Map<String, Json>) {
     if let Some(argument) = takes.resumes {

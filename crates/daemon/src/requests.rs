@@ -30,7 +30,7 @@ pub fn asked(body: &[u8], lasts: bool) -> Result<CallRequest, Failure> {
             Some(ms) => Duration::from_millis(ms),
             None => return Err(wrong(format!("slice_ms cannot be {given}"), "give 1 to 1,000 ms")),
         },
-        Some(_) => return Err(wrong("this call does not last, so it has no slice_ms".to_owned(), "leave it out")),
+        Some(_) => return Err(wrong("this call does not wait, so it has no slice_ms".to_owned(), "leave it out")),
     };
     Ok(CallRequest { arguments, slice, as_of_ms: None })
 }
@@ -109,7 +109,7 @@ pub struct OpenSession {
     /// Time without a sign of life after which the session is considered lost, ms, 1,000 to 60,000.
     #[serde(default = "lost_after_ms")]
     pub lost_after_ms: u64,
-    /// True to take over a live session with that name, as the same caller.
+    /// True to take over a live session with that name, which must belong to the same caller.
     #[serde(default)]
     pub take_up: bool,
     /// Name of the person, which is shown to others; at most 64 characters. If omitted, an existing session keeps its person.

@@ -73,7 +73,7 @@ impl Service {
     }
 
     /// Makes a call: checks permissions and command, records it in the audit file, executes it, and assigns owners to the instances that
-    /// it creates. May take long; must not be called on a thread that serves others.
+    /// it creates. May take a long time, so it must not be called on a thread that serves others.
     pub fn call(self: &Arc<Self>, call: &Call, mut asked: CallRequest, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
         let role = call.role_under(self.system.is_virtual());
         if let Some(by) = call.signed {
@@ -140,7 +140,7 @@ impl Service {
         result
     }
 
-    /// Makes a call under the journal, if there is one: a configuring call is not made if there is no space for its line.
+    /// Makes a call, and records it in the journal, if there is one. A configuring call is not made if there is no space for its line.
     fn kept(&self, call: &Call, mut asked: CallRequest, caller: &Caller, presence: Option<&Presence>) -> Result<Json, Failure> {
         crate::records::identify(&call.records, &mut asked.arguments)?;
         if call.effect == Effect::PerformsVerb {
@@ -294,7 +294,7 @@ impl Service {
         self.sessions.keep(ends);
     }
 
-    /// Records ends in the journal before they are reported to anyone, so that the next daemon does not start ended instances again.
+    /// Records ends in the journal before they are reported to anyone, so that the next daemon does not restart ended instances.
     pub fn note_ends(&self) {
         if let Some(journal) = &self.journal {
             journal.look(&self.system);
@@ -307,7 +307,7 @@ impl Service {
         self.sessions.stood_still(late, now);
     }
 
-    /// Checks sessions: cuts off lost ones, and deletes instances created by lost sessions that have ended.
+    /// Checks sessions: cuts off lost ones, and deletes ended instances that lost sessions created.
     pub fn look_after(&self, now: Instant) {
         self.drain();
         for (name, instances) in self.sessions.lose(now) {
@@ -346,7 +346,7 @@ impl Service {
         }
     }
 
-    /// Closes a session in an orderly way.
+    /// Closes a session gracefully.
     pub fn close_session(&self, id: &str) -> Result<(), Failure> {
         let name = self.sessions.close(id)?;
         self.end_forces(&self.sessions.take_forces(&name), &format!("session '{name}' was closed"));
@@ -362,7 +362,7 @@ impl Service {
         }
     }
 
-    /// Returns the numbers, names and states of those of these instances that still exist.
+    /// Returns the number, name and state of each of these instances that still exists.
     pub fn described(&self, instances: &[u64]) -> Vec<SessionInstance> {
         let described = |instance: &u64| {
             let about = self.system.instance_about(*instance).ok()?;
@@ -371,7 +371,7 @@ impl Service {
         instances.iter().filter_map(described).collect()
     }
 
-    /// Downloads a code module under the journal, if there is one.
+    /// Downloads a code module, and records it in the journal, if there is one.
     pub fn download_kept(&self, name: &str, named: &ModuleOrigin, bytes: &[u8], by: By) -> Result<ModuleAbout, Failure> {
         let Some(journal) = &self.journal else { return self.download(name, &named.file, bytes) };
         journal.ready_for_module(&named.sha256, bytes)?;

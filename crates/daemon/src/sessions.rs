@@ -232,7 +232,7 @@ impl Sessions {
         self.locked().of_id(id).is_some()
     }
 
-    /// Closes a session in an orderly way: the instances that it has started continue.
+    /// Closes a session gracefully: the instances that it has started continue.
     pub fn close(&self, id: &str) -> Result<String, Failure> {
         let mut state = self.locked();
         let name = state.of_id(id).map(|(name, _)| name.clone()).ok_or_else(ended)?;
@@ -311,7 +311,7 @@ impl Sessions {
         is_alive
     }
 
-    /// Returns the forces that a session has set, which no longer belong to it.
+    /// Returns the forces that a session has set, and removes them from the session.
     pub fn take_forces(&self, name: &str) -> Vec<u64> {
         self.locked().forces.extract_if(|_, of| of == name).map(|(force, _)| force).collect()
     }

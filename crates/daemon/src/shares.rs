@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Shares of limited resources. A quarter of a resource is reserved for callers that hold none of it yet, and of the rest a caller may
-//! have up to half of the free amount, so the next caller always gets a share, even if several callers hold their maximum.
+//! Shares of limited resources. A quarter of a resource is reserved for callers that hold none of it yet. Of the rest, a caller may have
+//! up to half of the free amount, so the next caller always receives a share, even if several callers hold their maximum.
 use crate::caller::Caller;
 use crate::failure::Failure;
 use api::Role;

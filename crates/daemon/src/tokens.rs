@@ -118,7 +118,7 @@ impl Tokens {
             format!("{why}; its previous tokens stay valid until it is fixed")
         } else {
             read.kept = TokenTable::default();
-            format!("the file of tokens '{}' cannot be read: {why}; no caller is admitted by a token until it exists again", self.path.display())
+            format!("the token file '{}' cannot be read: {why}; no caller is admitted by a token until it exists again", self.path.display())
         });
     }
 
@@ -130,7 +130,7 @@ impl Tokens {
         let FileState { kept, trouble, told, .. } = &mut *read;
         let mut news = Vec::new();
         if told.trouble != *trouble {
-            news.push(trouble.clone().unwrap_or_else(|| format!("the file of tokens '{}' can be read again", self.path.display())));
+            news.push(trouble.clone().unwrap_or_else(|| format!("the token file '{}' can be read again", self.path.display())));
             told.trouble.clone_from(trouble);
         }
         for entry in kept.tokens.iter().filter(|entry| entry.revoked.is_none()) {
@@ -266,7 +266,7 @@ pub fn list(path: &Path) -> io::Result<Vec<Entry>> {
 fn load(path: &Path) -> io::Result<TokenTable> {
     let file = secret::open(path)?;
     let text = io::read_to_string(file)?;
-    serde_json::from_str(&text).map_err(|why| io::Error::new(io::ErrorKind::InvalidData, format!("'{}' is not a file of tokens: {why}", path.display())))
+    serde_json::from_str(&text).map_err(|why| io::Error::new(io::ErrorKind::InvalidData, format!("'{}' is not a token file: {why}", path.display())))
 }
 
 /// Stores the file by replacing it with a new one, so that no reader sees a partially written file.

@@ -5,16 +5,16 @@ use crate::types::Type;
 /// Direction of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Direction {
-    /// From the machine.
+    /// Read from the machine.
     Read,
-    /// To the machine.
+    /// Written to the machine.
     Write,
 }
 
 /// A typed, unit-carrying channel of a physical device.
 #[derive(Clone, Debug, serde::Serialize, serde::Deserialize)]
 pub struct Channel {
-    /// `part.channel`, for example `elbow.position`; unique in its device.
+    /// `part.channel`, for example `elbow.position`; unique within its device.
     pub name: String,
     /// Direction of the channel.
     pub direction: Direction,
@@ -30,7 +30,7 @@ pub struct Channel {
     pub len: usize,
     /// Safe value of a write channel, as bytes of the type.
     pub safe: Vec<u8>,
-    /// Write channels of type `double`: the maximum rate of change, in units per second; enforced and counted in the write step.
+    /// Maximum rate of change of a write channel of type `double`, in units per second; enforced and counted in the write step.
     pub slew_max: Option<f64>,
 }
 

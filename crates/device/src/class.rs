@@ -5,7 +5,7 @@ use std::fmt;
 /// Thread on which a driver exchanges its values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
-    /// Thread of its source: reads and writes are bounded, and neither allocate nor block.
+    /// Thread of its source: reads and writes take a bounded time, and neither allocate nor block.
     Inline,
     /// Dedicated thread; the newest values are exchanged, each with its age.
     Worker,

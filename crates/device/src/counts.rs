@@ -50,7 +50,7 @@ impl CountsOptions {
         }
     }
 
-    /// Returns the reason why the options are invalid, for people; `None` if they are valid.
+    /// Returns a human-readable reason why the options are invalid; `None` if they are valid.
     pub fn problem(&self, is_digital: bool, is_output: bool) -> Option<String> {
         if is_digital && (self.is_scaled() || self.unit.is_some()) {
             return Some("is a single bit: it cannot have a scale, offset or unit".to_owned());

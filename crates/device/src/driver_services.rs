@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Services and counters of an open driver, outside its exchange. The code that opens a driver takes and keeps them before the driver
-//! moves to the thread of its source.
+//! Services and counters of an open driver, which are used outside its exchange. The code that opens a driver takes and keeps them before
+//! the driver moves to the thread of its source.
 use crate::counters::Counters;
 use crate::driver::Driver;
 use crate::error::DriverError;

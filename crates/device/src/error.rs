@@ -7,7 +7,7 @@ use thiserror::Error;
 /// Reason why [`open`](crate::open) failed. Each message suggests the next step if it is known.
 #[derive(Debug, Error)]
 pub enum DriverError {
-    /// There is no driver of that name.
+    /// There is no driver with that name.
     #[error("there is no driver '{kind}'{meant}; the drivers are {known}")]
     UnknownKind { kind: String, meant: String, known: String },
     /// An option is missing, unknown or has a wrong value.
@@ -26,9 +26,9 @@ pub enum DriverError {
     #[error("service '{service}' of driver '{kind}': argument '{argument}': {problem}")]
     Argument { kind: String, service: String, argument: String, problem: String },
     /// The driver cannot search for devices.
-    #[error("driver '{kind}' cannot look for devices; see its manual for the options that open one")]
+    #[error("driver '{kind}' cannot search for devices; see its manual for the options that open one")]
     NoScan { kind: String },
-    /// Another driver of that name is registered.
+    /// A different driver with that name is registered.
     #[error("there is already a driver '{kind}'; register this one under another name")]
     Taken { kind: String },
     /// The process in which a driver runs could not be started, or has exited.
@@ -42,6 +42,6 @@ pub enum DriverError {
 /// Reason why a device could not be read or written. It becomes the condition `device_lost` of the verbs that use the device.
 #[derive(Debug)]
 pub struct DeviceError {
-    /// Message for people.
+    /// Human-readable message.
     pub message: String,
 }

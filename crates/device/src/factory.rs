@@ -14,15 +14,15 @@ use crate::shapes::Geometry;
 use crate::{watchdog, worker};
 use serde_json::{Value, json};
 
-/// Key that is `true` in a description if only a guard can make the device safe after its process has exited. It is for the supervisor,
-/// which knows whether a guard is running.
+/// Key that is `true` in a description if only a guard can make the device safe after its process has exited. It is intended for the
+/// supervisor, which knows whether a guard is running.
 pub const UNGUARDED_WITHOUT_GUARD: &str = "unguarded_without_guard";
 
 /// Creates the driver `kind` from its options, a table of names and values; the driver is not opened yet.
 ///
-/// The second value describes the machine: it is that of [`OpenedDriver`], with `watchdog_ns` if the machine has a watchdog (option
-/// `timeout_ns` of any driver). Never call this on the real-time path. Fails if the kind is unknown or an option is wrong, or with the
-/// driver's own error.
+/// The second value describes the machine: it is the description in [`OpenedDriver`], with `watchdog_ns` if the machine has a watchdog
+/// (option `timeout_ns` of any driver). Never call this on the real-time path. Fails if the kind is unknown or an option is wrong, or
+/// with the driver's own error.
 pub fn open(kind: &str, options: &Value) -> Result<OpenedDriver, DriverError> {
     let of = find(kind)?;
     let given = GivenOptions::check(of.kind, options, accepted(of))?;
@@ -85,7 +85,7 @@ pub fn geometry(kind: &str, options: &Value) -> Result<Option<Geometry>, DriverE
 /// Tries the files named by the options, if the driver declares a trial.
 ///
 /// # Errors
-/// Returns the problem with them.
+/// Fails with a description of the problem found by the trial.
 pub fn try_options(kind: &str, options: &Value) -> Result<(), DriverError> {
     let of = find(kind)?;
     of.trial.map_or(Ok(()), |trial| trial(&GivenOptions::check(of.kind, options, accepted(of))?))

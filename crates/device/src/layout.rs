@@ -41,7 +41,7 @@ impl Layout {
         slot
     }
 
-    /// Returns true if there is a channel of that name.
+    /// Returns true if there is a channel with that name.
     pub fn has(&self, name: &str) -> bool {
         self.channels.iter().any(|channel| channel.name == name)
     }

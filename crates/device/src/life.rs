@@ -58,8 +58,8 @@ impl SafeState {
     pub const OF_SIMULATION: SafeState = SafeState { by: &[SafeBy::Driver, SafeBy::End], ..SafeState::BY_DRIVER };
 
     /// Returns true if the machine continues under its last commands when the driver's process has exited or hangs, because neither a
-    /// guard nor the machine itself brings it to its safe state. `watchdog`: with these options, the device has a watchdog of its own;
-    /// `guard`: a guard runs alongside the driver.
+    /// guard nor the machine itself brings it to its safe state. `watchdog` is true if the device has a watchdog of its own with these
+    /// options; `guard` is true if a guard runs alongside the driver.
     #[must_use]
     pub fn is_unguarded(&self, watchdog: bool, guard: bool) -> bool {
         let by = |one| self.by.contains(&one);

@@ -92,7 +92,7 @@ fn remove(value: &mut Value, path: &[Step]) {
     }
 }
 
-/// Formats a path for people; an element of a list is identified by its `name`, if it has one.
+/// Formats a path for messages; an element of a list is identified by its `name`, if it has one.
 fn written(options: &Value, path: &[Step]) -> String {
     let mut text = String::new();
     for (depth, step) in path.iter().enumerate() {

@@ -27,7 +27,7 @@ pub enum Reach {
     Code,
     /// A nested driver: a table with its `kind` and its `options`.
     Driver,
-    /// A list or table of tables, with the reach of the values of these names in each.
+    /// A list or table of tables, with the reach of the named values in each of them.
     Entries(&'static [(&'static str, Reach)]),
 }
 

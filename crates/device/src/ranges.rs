@@ -14,7 +14,7 @@ const TIMES: [(&str, f64); 4] = [("ns", 1.0), ("us", 1e3), ("ms", 1e6), ("s", 1e
 pub(crate) struct Outside {
     /// Path of the number in the options: `servos.elbow.id`.
     pub path: String,
-    /// Reason, for people.
+    /// Human-readable reason.
     pub problem: String,
 }
 
@@ -89,7 +89,7 @@ fn refusal(word: &OptionWord, range: Interval, number: f64) -> String {
     format!("it cannot be {given}: its range is {range}{meant}")
 }
 
-/// Returns the probable intention and the number to use, because options are numbers without units.
+/// Returns the probable intention and the number to use. Needed because options are numbers without units.
 fn meant(word: &OptionWord, range: Interval, number: f64) -> Option<String> {
     if word.unit == "ns" {
         let larger = |(unit, ns): &(&str, f64)| range.contains(number * ns).then(|| format!("give {} for {} {unit}", number * ns, short(number)));
@@ -99,7 +99,7 @@ fn meant(word: &OptionWord, range: Interval, number: f64) -> Option<String> {
     Some(format!("did you mean {text}, which is {}?", short(number)))
 }
 
-/// Formats a number with its unit for people: 10000000 ns is 10 ms.
+/// Formats a number with its unit for messages: 10000000 ns becomes 10 ms.
 fn shown(number: f64, unit: &str) -> String {
     let (number, unit) = match unit {
         "ns" => TIMES.iter().rev().find(|(_, ns)| number.abs() >= *ns).map_or((number, "ns"), |(unit, ns)| (number / ns, *unit)),

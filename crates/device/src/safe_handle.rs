@@ -2,8 +2,8 @@
 //! Handles that bring outputs to their safe state without their driver.
 use std::os::fd::OwnedFd;
 
-/// Handle by which another process, the guard process of crate `guard`, brings outputs of a device to their safe state when the driver's
-/// process has exited.
+/// Handle with which the guard process (crate `guard`) brings a device's outputs to their safe state once the driver's process has
+/// exited.
 #[derive(Debug)]
 pub struct SafeHandle {
     /// Descriptor to write to: a duplicate of the driver's own, so that it stays open when the driver's process exits.

@@ -19,8 +19,8 @@ pub struct ServiceWord {
     pub moves: bool,
 }
 
-/// Services of an open driver. They are called from threads other than the device's source, during its exchange, so they may share with
-/// the driver only state on which neither blocks.
+/// Services of an open driver. They are called from threads other than the device's source, during its exchange, so the only state that
+/// they may share with the driver is state on which neither side blocks.
 pub trait Services: Send + Sync {
     /// Returns the services of this device if they differ from the driver's declaration, otherwise `None`. See
     /// [`DeclaredServices`](crate::DeclaredServices).
@@ -28,8 +28,8 @@ pub trait Services: Send + Sync {
         None
     }
 
-    /// Returns true if a service is carried out by [`Services::call_moving`] although it is not declared to move the device, because this
-    /// depends on its arguments.
+    /// Returns true if a service is carried out by [`Services::call_moving`] although it is not declared to move the device, because
+    /// whether it does depends on its arguments.
     fn is_told_of_stops(&self, _service: &str) -> bool {
         false
     }
@@ -37,7 +37,7 @@ pub trait Services: Send + Sync {
     /// Carries out a declared service, with arguments that were checked against its declaration. It may block.
     ///
     /// # Errors
-    /// Returns the refusal of the device or the driver, for people.
+    /// Returns a human-readable refusal from the device or the driver.
     fn call(&self, service: &str, arguments: &Value) -> Result<Value, DeviceError>;
 
     /// Carries out a service that moves the device, or must observe stops. `is_stopped` returns true if an emergency stop is latched;

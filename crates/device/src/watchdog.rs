@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Watchdog for a device that has none, like the one of a drive: if no new command arrives for its timeout, the device goes to its safe
-//! state by itself, and reports this at the driver's next reading.
+//! Watchdog for a device that has none. It acts like the watchdog of a drive: if no new command arrives for its timeout, the device goes
+//! to its safe state by itself, and reports this at the driver's next reading.
 //!
 //! The option `timeout_ns` of every driver that runs in place sets its timeout. A plant in a process of its own has its watchdog in that
-//! process.
-//! The watchdog starts with the first command that claims a channel, so a device at rest cannot time out.
+//! process. The watchdog starts with the first command that claims a channel, so a device at rest cannot time out.
 use crate::accepted::TIMEOUT;
 use crate::channel::Channel;
 use crate::counters::Counters;
@@ -37,7 +36,7 @@ pub(crate) fn watched(given: &GivenOptions<'_>, of: &Declaration) -> Result<Open
 
 /// Returns the message of a device that has timed out.
 pub fn timeout_message(timeout_ns: i64) -> String {
-    format!("it went to its safe state by itself: no command came within its timeout of {} ms", timeout_ns as f64 * 1e-6)
+    format!("it went to its safe state by itself: no command arrived within its timeout of {} ms", timeout_ns as f64 * 1e-6)
 }
 
 impl Driver for Watchdog {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A driver of the worker class on the thread of its source; the age of its readings is determined by the device.
+//! A driver of class `worker` that exchanges on the thread of its source; the age of its readings is determined by the device.
 use crate::readings::{AgedChannels, check_age};
 use device::{Channel, Counters, DeviceError, Driver, Pace, SafeHandle, Services};
 use std::sync::Arc;

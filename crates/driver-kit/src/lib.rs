@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Common parts of drivers above their interface, crate [`device`]: the threads of their exchange, and their loading from files.
+//! Common parts of drivers above the driver interface (crate [`device`]): the threads of their exchange, and their loading from files.
 //!
 //! | module | |
 //! |---|---|

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A dedicated thread for a driver whose exchange may block: a fieldbus over TCP, a serial line. The source takes the newest readings
-//! from triple buffers, and leaves its commands in them; neither waits for the other.
+//! A dedicated thread for a driver whose exchange may block, such as that of a fieldbus over TCP or a serial line. The source takes the
+//! newest readings from triple buffers, and leaves its commands in them; neither waits for the other.
 //!
 //! | event | consequence |
 //! |---|---|
 //! | an exchange fails | the next `read` of the source fails: the device is lost |
 //! | an exchange takes long | the readings age; beyond `age_max_ns`, the device is lost |
 //! | the device sends nothing new | the readings age too; the device is lost beyond `age_max_ns` if that option was set |
-//! | the source leaves no commands for as long | the thread brings the outputs to their safe state |
+//! | the source leaves no commands for longer than `age_max_ns` | the thread brings the outputs to their safe state |
 //! | source and thread were stalled together | neither counts the other as silent: silence is measured from the resumption |
 //! | `safe_state` | the thread is woken; the safe state follows the current exchange |
 use crate::readings::{AgedChannels, check_age};
@@ -19,7 +19,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-/// Time limit for a current exchange when the driver is opened or closed, in addition to the declared wait for the device.
+/// Time limit for an exchange in progress when the driver is opened or closed, in addition to the declared wait for the device.
 const EXCHANGE: Duration = Duration::from_secs(5);
 /// Bytes before commands: the time of writing, ns.
 const STAMP: usize = size_of::<i64>();
@@ -214,7 +214,7 @@ struct Exchange {
     engaged: Vec<bool>,
     readings: TripleWriter,
     commands: TripleReader,
-    /// Time at which the commands in force were written; `None` if the outputs are at rest.
+    /// Time at which the current commands were written; `None` if the outputs are at rest.
     commanded_ns: Option<i64>,
     attendance: Attendance,
     safe_done: u64,

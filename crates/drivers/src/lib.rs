@@ -15,7 +15,7 @@
 //! | `feetech`, `dynamixel` | servos on a serial bus, each a joint that takes goals |
 //! | `python` | a driver written in Python, in a process of its own |
 //! | `modbus` | a Modbus device over TCP or a serial line |
-//! | `modbus_server` | channels of this machine, offered by Modbus over TCP |
+//! | `modbus_server` | channels of this machine, offered over Modbus TCP |
 //! | `text` | a device that communicates in lines of text, over TCP or a serial line |
 //! | `ur` | a Universal Robots arm over RTDE, which takes positions |
 //! | `scripted` | channels of any type that read a table of values and record commands, for tests |
@@ -137,7 +137,7 @@ pub fn geometry(kind: &str, options: &Value) -> Result<Option<Geometry>, DriverE
 /// Tries the files named by the options of a driver, like [`device::try_options`].
 ///
 /// # Errors
-/// Returns the problem with them.
+/// Fails with a description of the problem found by the trial.
 pub fn try_options(kind: &str, options: &Value) -> Result<(), DriverError> {
     register();
     device::try_options(kind, options)
@@ -176,7 +176,7 @@ pub fn each_reach_of_service<E>(
 /// linger time.
 ///
 /// # Errors
-/// Fails if the process was not started by a driver; the message is for people.
+/// Fails with a human-readable message if the process was not started by a driver.
 pub fn run_process() -> Result<(), String> {
     register();
     plant_process::run()
@@ -192,7 +192,7 @@ pub fn check_conformance(kind: &str, options: &Value, settings: &Settings, hear:
 /// Runs a process in which a driver is checked.
 ///
 /// # Errors
-/// Fails if the process was not started for this purpose; the message is for people.
+/// Fails with a human-readable message if the process was not started for this purpose.
 pub fn run_check() -> Result<(), String> {
     register();
     driver_kit::conformance::serve()

@@ -116,7 +116,7 @@ impl SerialLine {
         loop {
             match (&*self.file).read(buffer) {
                 // A terminal without data would return `WouldBlock`, so this is its end.
-                Ok(0) => return Err(Error::new(ErrorKind::UnexpectedEof, "the line is gone")),
+                Ok(0) => return Err(Error::new(ErrorKind::UnexpectedEof, "the serial line has disappeared")),
                 Err(why) if why.kind() == ErrorKind::WouldBlock => {}
                 Err(why) if why.kind() == ErrorKind::Interrupted => continue,
                 other => return other,
@@ -138,7 +138,7 @@ impl SerialLine {
                 Err(why) if why.kind() == ErrorKind::Interrupted => {}
                 Err(why) if why.kind() == ErrorKind::WouldBlock => {
                     if !wait(self.as_fd(), libc::POLLOUT, deadline)? {
-                        return Err(Error::new(ErrorKind::TimedOut, "the line accepts nothing"));
+                        return Err(Error::new(ErrorKind::TimedOut, "the serial line accepts no data"));
                     }
                 }
                 Err(why) => return Err(why),

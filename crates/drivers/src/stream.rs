@@ -130,7 +130,7 @@ impl Stream {
                 Err(why) if why.kind() == ErrorKind::Interrupted => {}
                 Err(why) if why.kind() == ErrorKind::WouldBlock => {
                     if !wait(connection.as_fd(), libc::POLLOUT, deadline)? {
-                        return Err(Error::new(ErrorKind::TimedOut, "the other end accepts nothing"));
+                        return Err(Error::new(ErrorKind::TimedOut, "the other end accepts no data"));
                     }
                 }
                 Err(why) => return Err(why),

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Devices that communicate in lines of text, over TCP or a serial line: scanners, scales, printers. Their texts are declared, without
-//! code.
+//! Devices that communicate in lines of text, over TCP or a serial line: scanners, scales, printers. Their texts are declared, so no code
+//! is needed.
 //!
 //! | module | |
 //! |---|---|

@@ -124,7 +124,7 @@ fn a_plant_that_is_gone_or_fails_loses_the_device() {
     // The last step may not have been read yet.
     let _newer = machine.try_read(MS);
     (2..=500).for_each(|ms| assert_eq!(machine.try_read(ms * MS), Ok(()), "{ms} ms"));
-    assert_eq!(machine.try_read(502 * MS), Err("the plant process has not made a step for 501 ms".to_owned()));
+    assert_eq!(machine.try_read(502 * MS), Err("the plant process has not executed a step for 501 ms".to_owned()));
 
     drop(machine);
     let left = process_kit::run_folder().unwrap().join(format!("plant-{name}"));
@@ -192,7 +192,7 @@ fn a_plant_with_a_watchdog_makes_itself_safe_and_says_so() {
     let safe = until("it makes itself safe", || state(&name).ok().filter(|state| state.is_safe));
     assert!(position(&safe) > 0.0, "it moved until then");
     let why = machine.try_read(MS).expect_err("it did not wait");
-    assert!(why.contains("no command came within its timeout of 50 ms"), "{why}");
+    assert!(why.contains("no command arrived within its timeout of 50 ms"), "{why}");
     machine.write(2 * MS, &[true]);
     let steps = state(&name).unwrap().steps;
     let later = until("three more steps", || state(&name).ok().filter(|state| state.steps > steps + 3));

@@ -264,7 +264,7 @@ fn a_model_that_ends_its_process_is_refused_and_this_one_goes_on() {
             drivers::open("mujoco", &json!({ "path": scratch("sized", &text), "library": library })).map(|_| ()).map_err(|why| why.to_string())
         };
         let refused = of("nuser_body='2000000000'").expect_err("no memory holds it");
-        assert!(refused.contains("MuJoCo ends the process that tries it (signal 6) and reports '") && refused.contains("bad_alloc"), "{refused}");
+        assert!(refused.contains("MuJoCo ends the process that tries to load it (signal 6) and reports '") && refused.contains("bad_alloc"), "{refused}");
         assert_eq!(of("nuser_body='2'"), Ok(()), "the file is another one now");
     });
 }

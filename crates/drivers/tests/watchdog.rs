@@ -22,7 +22,7 @@ fn a_device_that_is_not_commanded_goes_to_its_safe_state_and_says_so() {
     }
     device.read(1_059 * MS, &mut readings).unwrap();
     let lost = device.read(5_000 * MS, &mut readings).unwrap_err().message;
-    assert!(lost.contains("no command came within its timeout of 50 ms"), "{lost}");
+    assert!(lost.contains("no command arrived within its timeout of 50 ms"), "{lost}");
     assert!((position(&readings) - 0.059).abs() < 1e-9, "it moved until its timeout was over: {}", position(&readings));
     device.write(5_000 * MS, &1.0_f64.to_ne_bytes(), &[true]).unwrap();
     assert!(device.read(5_001 * MS, &mut readings).is_err(), "until it is opened anew");

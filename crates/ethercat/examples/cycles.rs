@@ -47,7 +47,7 @@ fn main() -> Result<(), String> {
     let (mut driver, _) = device::open("ethercat", &options).map_err(|error| error.to_string())?;
     let wanted = u8::try_from(number(priority)?).map_err(|_| format!("priority {priority}: 0 to 99"))?;
     if wanted > 0 && !scheduling::prioritise(wanted, scheduling::Children::Ordinary) {
-        return Err(format!("priority {priority}: no right to real-time scheduling"));
+        return Err(format!("priority {priority}: no permission for real-time scheduling"));
     }
     driver.open(now_ns()).map_err(|error| error.message)?;
     let measured = exchange(&mut *driver, axes, cycles).map_err(|error| error.message)?;
@@ -68,7 +68,7 @@ struct CycleMeasurements {
     allocations: u64,
     /// Number of releases that were skipped because of late cycles.
     skipped: u64,
-    /// Distance that the first axis covered, rad.
+    /// Range of positions covered by the first axis, rad.
     moved: f64,
 }
 

@@ -85,7 +85,7 @@ pub enum MalformedFrame {
 pub struct Datagram {
     pub command: Command,
     pub index: u8,
-    /// Position or station address and memory address, or logical address.
+    /// Logical address; or position or station address, together with the memory address.
     pub address: u32,
     /// Offset of the datagram's header.
     pub at: usize,

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Register addresses in the memory of a subdevice controller.
 
-/// Type, revision and build of the controller; numbers of FMMUs, SyncManagers, memory size, ports.
+/// Type, revision and build of the controller, numbers of FMMUs and SyncManagers, memory size, and ports.
 pub const INFORMATION: u16 = 0x0000;
 pub const FEATURES: u16 = 0x0008;
 pub const STATION: u16 = 0x0010;
@@ -16,7 +16,7 @@ pub const WATCHDOG_DIVIDER: u16 = 0x0400;
 pub const WATCHDOG_OUTPUTS: u16 = 0x0420;
 pub const WATCHDOG_STATUS: u16 = 0x0440;
 pub const EEPROM_CONFIG: u16 = 0x0500;
-/// Control and status register, followed by the address and the data.
+/// EEPROM control and status register, followed by the address and data registers.
 pub const EEPROM: u16 = 0x0502;
 pub const EEPROM_ADDRESS: u16 = 0x0504;
 pub const EEPROM_DATA: u16 = 0x0508;

@@ -12,8 +12,8 @@ pub enum State {
     Op = 8,
 }
 
-/// Flag in addition to a state: the subdevice did not execute the request, for the reason in its status code. In a request, it
-/// acknowledges the error.
+/// Error flag, which is set in addition to a state if the subdevice did not execute the request; the status code contains the reason. In
+/// a request, the flag acknowledges the error.
 pub const ERROR: u16 = 0x10;
 
 impl State {
@@ -57,7 +57,7 @@ pub fn code_name(code: u16) -> &'static str {
         0x0018 => "no valid inputs available",
         0x0019 => "no valid outputs",
         0x001A => "synchronisation error",
-        0x001B => "SyncManager watchdog: no outputs came in time",
+        0x001B => "SyncManager watchdog: no outputs arrived in time",
         0x001C => "invalid SyncManager types",
         0x001D => "invalid output configuration",
         0x001E => "invalid input configuration",
@@ -96,7 +96,7 @@ mod tests {
     #[test]
     fn a_state_says_what_is_wrong() {
         assert_eq!(describe(0x08, 0), "OP");
-        assert_eq!(describe(0x14, 0x1B), "SAFEOP with error 0x001b, SyncManager watchdog: no outputs came in time");
+        assert_eq!(describe(0x14, 0x1B), "SAFEOP with error 0x001b, SyncManager watchdog: no outputs arrived in time");
         assert_eq!(describe(0x00, 0), "state 0x0000");
     }
 }

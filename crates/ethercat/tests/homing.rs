@@ -121,7 +121,7 @@ fn a_stop_a_fault_a_limit_of_time_and_a_lost_device_end_it() {
 
     let late = json!({ "axis": "x", "method": 18, "speed": 0.01, "timeout_s": 0.05 });
     let late = home(&mut rig, late, idle).unwrap_err();
-    assert_eq!(late, "axis 'x': it was not home within 0.05 s, and was stopped");
+    assert_eq!(late, "axis 'x': homing did not finish within 0.05 s, so the axis was stopped");
     rig.until(&[], "off", |rig| rig.status("x") == SWITCH_ON_DISABLED);
 
     // An engaging source expects the axis to follow, so homing stops.

@@ -12,7 +12,7 @@ use std::ops::{Deref, DerefMut};
 use std::os::fd::{AsFd, AsRawFd, BorrowedFd, IntoRawFd, RawFd};
 use std::sync::atomic::{AtomicI32, Ordering};
 
-/// Maximum number of descriptors kept from children. Any others stay open in them.
+/// Maximum number of descriptors that are kept from children; further descriptors stay open in them.
 const DEVICES_MAX: usize = 1024;
 
 /// Number of a child's descriptors that are checked; duplicates with higher numbers stay open.

@@ -46,8 +46,8 @@ thread_local! {
     static IS_BOUND: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Marks the calling process as the original, so that its children can be recognised. Idempotent. In a forked child, makes the child an
-/// original in its turn. Not for the real-time path.
+/// Marks the calling process as the original, so that its children can be recognised. Idempotent. In a forked child, makes the child
+/// itself an original. Not for the real-time path.
 pub fn claim_process() {
     static CLAIMED: OnceLock<()> = OnceLock::new();
     CLAIMED.get_or_init(|| {

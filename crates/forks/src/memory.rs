@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Memory that forked children do not have, or find wiped.
+//! Memory that forked children do not inherit, or inherit wiped.
 use std::ffi::c_void;
 use std::ptr::{self, NonNull};
 use std::sync::atomic::AtomicU32;
@@ -38,10 +38,10 @@ impl Drop for UnforkedMemory {
     }
 }
 
-/// Keeps the pages of a mapping from children forked later: an access to them ends the child with SIGSEGV.
+/// Keeps the pages of a mapping from children forked later: an access to them terminates the child with SIGSEGV.
 ///
 /// # Safety
-/// `start` is the first byte of a mapping of `len` bytes that is the caller's own.
+/// `start` must be the first byte of a mapping of `len` bytes that belongs to the caller.
 pub unsafe fn keep_from_children(start: *mut u8, len: usize) {
     // SAFETY: the caller's word. Where it is refused, a child is still ended by its word before it touches anything.
     unsafe { libc::madvise(start.cast::<c_void>(), len, libc::MADV_DONTFORK) };

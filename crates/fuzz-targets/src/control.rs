@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fuzz target for the control interface over its Unix socket: requests, frames of a stream, and bytes that are neither. Each input gets
-//! a system under the virtual clock and a session that commands it.
+//! Fuzz target for the control interface over its Unix socket: requests, frames of a stream, and bytes that are neither. Each input has
+//! its own system under the virtual clock, and a session that commands the system.
 use crate::exchange::{Answer, Socket};
 use crate::schema::misfit;
 use control::{Options, Server};
@@ -94,9 +94,9 @@ fn system() -> Arc<System> {
     Arc::new(system)
 }
 
-/// Parses the head of a request: returns true if the session makes it, its method, and its path. Returns `None` for bytes that HTTP
-/// cannot carry (`raw` sends these), for held requests, which are answered only at the end of their session, and for modules, whose
-/// compilation is not fuzzed here.
+/// Parses the head of a request. Returns true if the session makes the request, then the method and the path. Returns `None` for bytes
+/// that HTTP cannot carry (`raw` sends these), for held requests, which are answered only at the end of their session, and for modules,
+/// whose compilation is not fuzzed here.
 fn understood(head: &str) -> Option<(bool, &str, &str)> {
     let (is_ours, head) = head.strip_prefix('-').map_or((true, head), |head| (false, head));
     let (method, path) = head.split_once(' ')?;

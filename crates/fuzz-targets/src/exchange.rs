@@ -7,7 +7,7 @@ use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Time limit for an answer, which is exceeded only by calls that hang, even if fifty other processes compete for the cores.
+/// Time limit for an answer. Only calls that hang exceed it, even if fifty other processes compete for the cores.
 const ANSWER: Duration = Duration::from_secs(240);
 /// Time for which subscriptions are read.
 const LISTEN: Duration = Duration::from_millis(4);

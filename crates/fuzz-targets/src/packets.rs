@@ -7,7 +7,7 @@ const ROW: usize = 4;
 const DEPTH: usize = 3;
 
 /// Fuzzes the link with pieces that consist of a length, an action, and a packet without its checksum and length. Checks that the reader
-/// sees only rows of the declared length, never more than are reported, and that the link comes to rest.
+/// sees only rows of the declared length, that it never sees more rows than are reported, and that the link comes to rest.
 pub(crate) fn packets(mut bytes: &[u8]) {
     let mut link = Message::new(1, Faults::none());
     let (mut sender, mut receiver) = link.connect(&ConnectionSpec { writer: 1, reader: 5, asynchronous_len: GROUP, queue_depth: DEPTH, queue_row_len: ROW });

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The supervisor's side of the guard: two guard processes with the same registrations that act alike. While one of them is dead, has
-//! stalled or is being replaced, the other one guards, even if the supervisor disappears in the meantime.
+//! The supervisor's side of the guard: two guard processes, which have the same registrations and act alike. While one of them is dead,
+//! has stalled or is being replaced, the other one guards, even if the supervisor disappears in the meantime.
 use crate::canary;
 use crate::guard_event::{FoundWard, GuardCommand, GuardError, GuardEvent};
 use crate::member::{Member, Tells};
@@ -16,9 +16,9 @@ use std::sync::Arc;
 
 /// The guard of one supervisor.
 ///
-/// Calls wait for the answers of both processes, some tens of microseconds. They must not be made by a real-time thread, nor by the
-/// function that receives events, which must not drop the guard either. When the guard is dropped, both processes continue with their
-/// remaining registrations, and exit if there are none.
+/// Calls wait for the answers of both processes, which takes some tens of microseconds. They must not be made by a real-time thread, nor
+/// by the function that receives events; that function must not drop the guard either. When the guard is dropped, both processes continue
+/// with their remaining registrations, and exit if there are none.
 pub struct Guard {
     members: [Member; 2],
     reports: Arc<Reports>,
@@ -59,7 +59,7 @@ impl Guard {
     /// one of the two processes has exited as well, another one is started with the registrations of the survivor.
     ///
     /// # Errors
-    /// [`GuardError`] if no guard listens there, or a process answers that is not a guard.
+    /// [`GuardError`] if no guard listens there, or the process that answers is not a guard.
     pub fn adopt(command: GuardCommand, tell: impl Fn(GuardEvent) + Send + Sync + 'static) -> Result<(Guard, Vec<FoundWard>), GuardError> {
         let reports = Arc::new(Reports::new(Box::new(tell)));
         let [first, second] = commands(command);
@@ -77,8 +77,8 @@ impl Guard {
         Ok((Guard { members, reports }, found))
     }
 
-    /// Starts guarding a process under a number chosen by the caller. With `heartbeat`, from its first beat on, the process also counts
-    /// as lost if its heart stalls for longer than its bounds allow. The supervisor watches the process in addition to the guard.
+    /// Starts guarding a process under a number chosen by the caller. If `heartbeat` is passed, the process also counts as lost if its
+    /// heart, after its first beat, stalls for longer than its bounds allow. The supervisor watches the process in addition to the guard.
     ///
     /// # Errors
     /// [`GuardError`] if the number is in use, or the guard has exited.
@@ -86,11 +86,12 @@ impl Guard {
         self.add(ward, name, process, heartbeat, false)
     }
 
-    /// Guards this process itself, as [`Guard::watch`] guards another one. Only the guard watches it. If it merely stalls (stopped in a
-    /// debugger, for example), its outputs are made safe and it is spared, provided that they latch.
+    /// Guards this process itself, as [`Guard::watch`] guards another one. Only the guard watches it. If the process merely stalls (for
+    /// example, because it is stopped in a debugger), its outputs are made safe; the process is not killed, provided that the outputs
+    /// latch.
     ///
     /// # Errors
-    /// As for [`Guard::watch`].
+    /// Same as for [`Guard::watch`].
     pub fn watch_this(&self, ward: u64, name: &str, heartbeat: Heartbeat, bounds: Bounds) -> Result<(), GuardError> {
         canary::share(&self.members[0].hearts().supervisor, &heartbeat);
         let process = process_kit::this_process().map_err(|error| GuardError(format!("cannot create a descriptor of this process: {error}")))?;
@@ -116,7 +117,7 @@ impl Guard {
         self.members[0].hearts().descriptors()
     }
 
-    /// Registers the safe handles of a device of that process, replacing the device's earlier ones.
+    /// Registers the safe handles of a device of the process `ward`, replacing the device's earlier ones.
     ///
     /// # Errors
     /// [`GuardError`] if there is no such process, or the guard has exited.
@@ -133,7 +134,7 @@ impl Guard {
     /// Unregisters a device that was closed in an orderly way: nothing is written for it.
     ///
     /// # Errors
-    /// As for [`Guard::hold`].
+    /// Same as for [`Guard::hold`].
     pub fn release(&self, ward: u64, device: &str) -> Result<(), GuardError> {
         self.request(|registry| registry.release(ward, device))
     }
@@ -157,7 +158,7 @@ impl Guard {
         self.members.each_ref().map(Member::stand_in)
     }
 
-    /// Sends a request to both processes. Succeeds if one has carried it out: the other one has exited permanently, or receives the
+    /// Sends a request to both processes. Succeeds if one has carried it out; the other one has then exited permanently, or receives the
     /// request when it is restarted.
     fn request(&self, change: impl Fn(&mut Registry) -> Result<Request, String>) -> Result<(), GuardError> {
         let [first, second] = &self.members;

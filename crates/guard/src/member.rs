@@ -89,9 +89,9 @@ impl Member {
 
     /// Takes over the guard that listens at the path of `command`, with everything that it guards, from a supervisor that has exited.
     ///
-    /// Fails if no guard listens there, or a process answers that is not a guard.
+    /// Fails if no guard listens there, or the process that answers is not a guard.
     pub fn adopt(command: GuardCommand, watches: bool, tell: Tells) -> Result<Member, GuardError> {
-        let path = command.path.clone().ok_or_else(|| GuardError("a guard is adopted at a path, but none is given".to_owned()))?;
+        let path = command.path.clone().ok_or_else(|| GuardError("a guard to take over must have a path".to_owned()))?;
         let link = connect(&path).map_err(|error| GuardError(format!("there is no guard at '{}': {error}", path.display())))?;
         let (registry, hearts, missing) = tale(&link, &path)?;
         if !missing.is_empty() {
@@ -226,7 +226,7 @@ impl MemberState {
         state.waiting = state.child.as_ref().and_then(|child| ChildWait::start(child, changed));
     }
 
-    /// Starts or ends the stand-in after a state change of the child.
+    /// Starts or terminates the stand-in after a state change of the child.
     fn child_changed(&self, change: ChildChange, is_over: &AtomicBool) {
         let mut state = self.state();
         let is_needed = match change {
@@ -379,7 +379,7 @@ impl MemberState {
         if state.is_closing {
             return false;
         }
-        let how = if stood_still { "stood still, and was ended".to_owned() } else { how };
+        let how = if stood_still { "hung, and was ended".to_owned() } else { how };
         self.watcher.hearts.guard.begin();
         match self.start_again(&mut state) {
             Ok(awaited) => {

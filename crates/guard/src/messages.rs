@@ -94,7 +94,7 @@ pub struct Loss {
     pub safe_ns: i64,
     /// Number of safe handles that were written.
     pub written: usize,
-    /// Handles that could not be written, with the reason; the guard retries for some seconds.
+    /// Handles that could not be written, with the reason; the guard retries for several seconds.
     pub failed: Vec<String>,
 }
 
@@ -102,7 +102,7 @@ impl std::fmt::Display for Loss {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let what = match self.cause {
             Cause::Died => "has ended",
-            Cause::Frozen => "stood still (its heartbeat stopped)",
+            Cause::Frozen => "hung (its heartbeat stopped)",
             Cause::Stopped => "was stopped (SIGSTOP, a debugger)",
         };
         let span_us = (self.safe_ns - self.seen_ns) as f64 * 1e-3;

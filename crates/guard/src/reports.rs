@@ -23,7 +23,8 @@ struct State {
 #[derive(Clone, Copy, Default)]
 struct SparedWard {
     stands_still: bool,
-    /// Time at which the process was reported to have resumed, ns: a stall that was observed before this time is the same one.
+    /// Time at which the process was reported to have resumed, ns. A stall observed before this time is the one that was already
+    /// reported.
     went_on_ns: i64,
 }
 

@@ -18,11 +18,11 @@ pub(crate) fn take() -> Vec<String> {
         libc::prctl(libc::PR_SET_NAME, c"opengpac-guard".as_ptr());
     }
     if !scheduling::prioritise(PRIORITY, Children::Ordinary) {
-        missing.push(format!("the guard runs without priority {PRIORITY}: no right to real-time scheduling (set rtprio in limits.conf)"));
+        missing.push(format!("the guard runs without priority {PRIORITY}: no permission for real-time scheduling (set rtprio in limits.conf)"));
     }
     // SAFETY: the memory of this process itself.
     if !(process_kit::may_lock_all() && unsafe { libc::mlockall(libc::MCL_CURRENT | libc::MCL_FUTURE) } == 0) {
-        missing.push("the guard's memory is not locked: no right to lock all of it (set memlock in limits.conf to unlimited)".to_owned());
+        missing.push("the guard's memory is not locked: no permission to lock all of it (set memlock in limits.conf to unlimited)".to_owned());
     }
     missing
 }

@@ -24,7 +24,7 @@ fn write_at(descriptor: BorrowedFd<'_>, mut offset: u64, mut bytes: &[u8]) -> io
         let mut poll = libc::pollfd { fd: number, events: libc::POLLOUT, revents: 0 };
         // SAFETY: one entry of our own; no time to wait.
         if unsafe { libc::poll(&mut poll, 1, 0) } == 0 {
-            return Err(io::Error::new(io::ErrorKind::WouldBlock, "there is no room to write"));
+            return Err(io::Error::new(io::ErrorKind::WouldBlock, "its buffer is full"));
         }
         let at = libc::off_t::try_from(offset).map_err(|_| io::Error::from(io::ErrorKind::InvalidInput))?;
         // SAFETY: writes bytes that are there.

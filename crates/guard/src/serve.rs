@@ -44,8 +44,8 @@ pub fn run() -> Result<(), String> {
     serve(link, hearts, path.as_deref().map(Path::new), leads).map_err(|error| format!("the guard cannot serve: {error}"))
 }
 
-/// Guards for every supervisor that is connected by `link` or connects to `path`. The guard beats and listens at the path if it `leads`,
-/// when it is asked to lead, or when its supervisor has exited. Takes over the process: scheduling, signals, memory.
+/// Guards on behalf of every supervisor that is connected by `link` or connects to `path`. The guard beats and listens at the path if it
+/// `leads`, when it is asked to lead, or when its supervisor has exited. Takes over the process: scheduling, signals, memory.
 ///
 /// # Errors
 /// Fails with `AddrInUse` if another guard listens at `path`, otherwise with the error of the operating system.
@@ -152,7 +152,7 @@ impl Guarding {
         unsafe { libc::ppoll(self.waits.as_mut_ptr(), self.waits.len() as libc::nfds_t, &limit, std::ptr::null()) };
     }
 
-    /// Checks every ward; the outputs of a lost ward are safe before any supervisor is notified.
+    /// Checks every ward; the outputs of a lost ward are made safe before any supervisor is notified.
     fn look(&mut self) {
         for seen in self.wards.look(true, now_ns()) {
             let frame = encode(&match seen {
@@ -177,7 +177,7 @@ impl Guarding {
         }
     }
 
-    /// Welcomes a supervisor. It may have exited already after sending its registrations, which are still processed.
+    /// Welcomes a supervisor. The supervisor may already have exited after sending its registrations, which are still processed.
     fn welcome(&mut self, link: UnixLink) {
         tell(&link, &encode(&Tell::Hello { missing: self.missing.clone() }), &[]);
         self.links.push(Supervisor::of(link));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A guard that stands in for another one. The operating system immediately notifies the parent of a guard that was stopped or has
-//! exited. It takes 0.1 s until it is certain that the guard will not resume; in the meantime, another process guards in its place. If
-//! the guard resumes, it is kept and its stand-in is ended.
+//! exited. It takes 0.1 s to be certain that the guard will not resume; in the meantime, another process guards in its place. If the
+//! guard resumes, it is kept and its stand-in is terminated.
 use crate::guard_event::GuardCommand;
 use crate::messages::{Ask, HANDED_OVER};
 use crate::registry::Registry;
@@ -46,7 +46,7 @@ impl StandIn {
         let _gone = self.send(ask, descriptors);
     }
 
-    /// Ends the stand-in, which is no longer needed.
+    /// Terminates the stand-in, which is no longer needed.
     pub fn end(self) {
         self.child.kill();
     }
@@ -85,7 +85,7 @@ impl ChildWait {
         self.is_over.load(Ordering::Acquire)
     }
 
-    /// Waits until the thread exits, which it does when its process has exited.
+    /// Joins the thread, which exits once the guard process has exited.
     pub fn join(self) {
         // A panic of the thread has been printed already.
         let _ended = self.thread.join();

@@ -22,7 +22,7 @@ pub(crate) fn send(link: &UnixLink, request: u64, ask: Ask, descriptors: &[Owned
 /// Starts a guard process. With `stands_in`, it guards like any other, but beats and listens only when it is asked to [lead](Ask::Lead),
 /// and it is started at the priority of the calling thread.
 pub(crate) fn launch(command: &GuardCommand, hearts: &Hearts, stands_in: bool) -> Result<(UnixLink, Child), GuardError> {
-    let (link, theirs) = UnixLink::pair().map_err(|error| GuardError(format!("cannot make a link to a guard: {error}")))?;
+    let (link, theirs) = UnixLink::pair().map_err(|error| GuardError(format!("cannot create a link to a guard: {error}")))?;
     let [heart, supervisor] = hearts.descriptors().map_err(|error| GuardError(format!("cannot create a descriptor for a guard: {error}")))?;
     let mut launch = Launch::new(command.command.iter().cloned()).descriptor(LINK, theirs).descriptor(HEART, heart).descriptor(SUPERVISOR, supervisor);
     if let Some(path) = &command.path {

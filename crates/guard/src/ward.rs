@@ -10,7 +10,7 @@ use process_kit::{has_ended, pid_of, signal};
 use std::io;
 use std::os::fd::{AsFd, BorrowedFd, OwnedFd};
 
-/// Reason why a process was ended, as stored in its heartbeat for all watchers.
+/// Reason why a process was terminated, as stored in its heartbeat for all watchers.
 const FROZEN: u64 = 1;
 const STOPPED: u64 = 2;
 
@@ -85,8 +85,8 @@ impl Ward {
         self.loss.as_ref()
     }
 
-    /// Returns the descriptors to wait on: those of the process's canary and of the process itself, which become readable when these
-    /// exit. Empty once the process has exited.
+    /// Returns the descriptors to wait on: those of the process's canary and of the process itself, which become readable when the canary
+    /// or the process exits. Empty once the process has exited.
     pub fn waits_for(&self) -> impl Iterator<Item = BorrowedFd<'_>> {
         let process = (!self.watch.is_over()).then(|| self.parts.process.as_fd());
         let canary = if self.loss.is_none() { self.parts.canary.waits_for() } else { None };

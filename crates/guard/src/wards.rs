@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Watched processes. The guard and the supervisor's watcher watch the same processes and judge alike.
+//! Watched processes. The guard and the supervisor's watcher watch the same processes and apply the same rules.
 use crate::messages::Ask;
 use crate::ward::{Ward, WardReport};
 use process_kit::{Heartbeat, now_ns};
@@ -30,8 +30,8 @@ impl Wards {
         self.0.iter().filter_map(Ward::interval_ns).min()
     }
 
-    /// Checks every process; the outputs of a lost process are safe before any supervisor is notified. `leads`: false for a watcher that
-    /// runs alongside a serving guard.
+    /// Checks every process; the outputs of a lost process are made safe before any supervisor is notified. `leads`: false for a watcher
+    /// that runs alongside a serving guard.
     pub fn look(&mut self, leads: bool, now_ns: i64) -> Vec<WardReport> {
         self.0.iter_mut().filter_map(|ward| ward.look(leads, now_ns)).collect()
     }

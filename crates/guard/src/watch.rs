@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rules by which a process counts as lost, and the consequences: values without a clock, a thread or a descriptor. The caller provides
-//! the time, and a [`Subject`] provides observations and carries out actions.
+//! Rules by which a process counts as lost, and the consequences. Pure logic, without a clock, a thread or a descriptor: the caller
+//! provides the time, and a [`Subject`] provides observations and carries out actions.
 //!
 //! | observer | observed | with | consequence |
 //! |---|---|---|---|
@@ -24,14 +24,14 @@ pub struct Bounds {
 
 impl Default for Bounds {
     /// Returns the bounds of a heart that beats every 20 ms. A stopped process is detected within some 120 ms; a process that is merely
-    /// silent is given as long as a loaded machine may hold it up.
+    /// silent is allowed the time for which a loaded machine may hold it up.
     fn default() -> Bounds {
         Bounds { silent_ns: 500_000_000, stopped_ns: 100_000_000 }
     }
 }
 
 impl From<Duration> for Bounds {
-    /// Uses one bound for both: the configured maximum stall applies whatever the reason.
+    /// Uses `bound` for both bounds: the configured maximum stall applies whatever the reason.
     fn from(bound: Duration) -> Bounds {
         let bound_ns = i64::try_from(bound.as_nanos()).unwrap_or(i64::MAX);
         Bounds { silent_ns: bound_ns, stopped_ns: bound_ns }
@@ -59,7 +59,7 @@ pub enum ProcessStanding {
     Silent,
 }
 
-/// Judges a heart that is polled at intervals.
+/// Stall detector for a heart that is polled at intervals.
 #[derive(Clone, Debug)]
 pub struct Pulse {
     bounds: Bounds,
@@ -106,7 +106,7 @@ pub trait Subject {
     fn notice_dying(&mut self) -> bool {
         false
     }
-    /// Returns the number of the process's heartbeats.
+    /// Returns the process's heartbeat count.
     fn beats(&self) -> u64;
     /// Returns true if the operating system holds the process stopped.
     fn is_stopped(&self) -> bool;
@@ -114,9 +114,9 @@ pub trait Subject {
     fn latches(&self) -> bool;
     /// Kills the process immediately; its exit is noticed later.
     fn kill(&mut self);
-    /// Records the reason for which the process is about to be ended, for other watchers.
+    /// Records the reason for which the process is about to be terminated, for other watchers.
     fn condemn(&mut self, _why: Cause) {}
-    /// Returns the reason for which another watcher ended the process, if one did.
+    /// Returns the reason for which another watcher terminated the process, if one did.
     fn condemned(&self) -> Option<Cause> {
         None
     }
@@ -128,7 +128,7 @@ pub trait Subject {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Cause {
-    /// The process has ended: killed, aborted, crashed, or by itself without notice.
+    /// The process has exited: it was killed, aborted, crashed, or exited by itself without notice.
     Died,
     /// The process's heart did not beat for longer than its bound.
     Frozen,

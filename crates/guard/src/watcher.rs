@@ -18,11 +18,11 @@ use std::os::fd::{AsFd, AsRawFd, FromRawFd, OwnedFd};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-/// Maximum stall of the guard. With its privileges it outranks every other thread; the bound for silence is for machines that do not
-/// grant them.
+/// Maximum stall of the guard. With its privileges, the guard outranks every other thread; the bound for silence allows for machines that
+/// do not grant these privileges.
 const GUARD: Bounds = Bounds { silent_ns: 1_000_000_000, stopped_ns: 100_000_000 };
-/// Time within which the guard must report its observation, which may be the reason why it ended the process; after that, the watcher
-/// reports.
+/// Time within which the guard must report its observation; after that, the watcher reports its own. The guard comes first, because its
+/// observation may be the reason why it terminated the process.
 const SAID_NS: i64 = 1_000_000_000;
 /// Priority below that of the guard, and above those of the plants and of every kernel.
 const PRIORITY: u8 = 98;
@@ -35,7 +35,7 @@ pub(crate) struct Watcher {
     guard: Mutex<Option<Present>>,
     /// Wakes the thread when there is a new process to wait for.
     wakes: Wakes,
-    /// True if the guard that has exited was ended by this watcher.
+    /// True if the guard that has exited was terminated by this watcher.
     is_ended: AtomicBool,
     ends: AtomicBool,
     /// True if this watcher also watches the registered processes; otherwise, another watcher does.
@@ -121,7 +121,7 @@ impl Watcher {
         }
     }
 
-    /// Records that the guard has exited. Returns true if the watcher ended it because it had stalled.
+    /// Records that the guard has exited. Returns true if the watcher terminated it because it had stalled.
     pub fn is_gone(&self) -> bool {
         *locked(&self.guard) = None;
         self.is_ended.swap(false, Ordering::AcqRel)
@@ -182,7 +182,8 @@ impl Watcher {
         }
     }
 
-    /// Returns true if the guard watches. A guard that has stalled is useless: it is ended, and its supervisor starts another one.
+    /// Returns true if the guard is watching. A guard that has stalled is useless: it is terminated, and its supervisor starts another
+    /// one.
     fn serves(&self, now_ns: i64) -> bool {
         let mut present = locked(&self.guard);
         let Some(guard) = present.as_mut() else { return false };

@@ -189,7 +189,7 @@ fn a_guard_that_stands_still_is_replaced() {
     let first = pid(&guard);
     signal(first, libc::SIGSTOP);
     let event = next(&told);
-    assert!(matches!(&event, GuardEvent::Restarted { how, .. } if how.contains("stood still")), "{event:?}");
+    assert!(matches!(&event, GuardEvent::Restarted { how, .. } if how.contains("hung")), "{event:?}");
     assert!(pid(&guard) != first && is_gone(first));
     signal(rtp.child.pid(), libc::SIGSTOP);
     rtp.child.kill();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Intervals of numbers, such as `(0, 10]`, and the unit probably meant if a number is far outside.
+//! Intervals of numbers, such as `(0, 10]`, and the unit probably meant if a number is far outside its interval.
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 use std::str::FromStr;
@@ -51,8 +51,9 @@ impl Interval {
         }
     }
 
-    /// Returns the probable meaning of a number without a unit that is far outside the interval but would be inside in a smaller unit: as
-    /// text, `200 mm/s`, and converted to `unit`. The interval applies to the sum of `from` and the number.
+    /// Returns the probable meaning of a number without a unit that is far outside the interval, but would be inside it in a smaller
+    /// unit. The result contains the meaning as text (`200 mm/s`), and the number converted to `unit`. The interval applies to the sum of
+    /// `from` and the number.
     pub fn meant(&self, given: f64, from: f64, unit: &str) -> Option<(String, f64)> {
         let beyond = (from + given - self.most).max(self.least - (from + given));
         let width = if unit.contains("rad") { (self.most - self.least).max(TAU) } else { self.most - self.least };
@@ -74,7 +75,7 @@ fn smaller(unit: &str) -> Option<(String, f64)> {
     Some((format!("{smaller}{below}"), factor))
 }
 
-/// Formats a number for people, with at most six digits.
+/// Formats a number for display, with at most six digits.
 pub fn short(number: f64) -> String {
     if number != 0.0 && number.is_finite() && !(1e-4..1e9).contains(&number.abs()) {
         return format!("{number:e}");

@@ -155,7 +155,7 @@ impl Carries for Bare {
 /// Path under test: its length, true if the reader is woken, true if it is ours, the carrier, and the waiting thread.
 type WayUnderTest = (usize, bool, bool, Box<dyn Carries + Send>, Arc<OnceLock<Thread>>);
 
-/// Returns all paths of one side, by length, woken or polling, alternating between ours and bare ones.
+/// Returns all paths of one side: for each length, woken and polling ones, alternating between our connections and bare zenoh.
 fn ways(hosts: &Hosts, session: &zenoh::Session, near: bool) -> Vec<WayUnderTest> {
     let mut ways: Vec<WayUnderTest> = Vec::new();
     for (at, len) in LENGTHS.into_iter().enumerate() {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Offset of another host's clocks from this one's, measured by pings.
 //!
-//! A ping sent at t0, answered at t1 on the other clock, whose answer arrived at t3, yields the offset t1 − (t0 + t3) / 2 with an error
-//! of at most (t3 − t0) / 2, however the delay is split between the two directions. The ping with the shortest round trip in a window is
-//! the most precise; the possible drift of the clocks since that ping is added to the error.
+//! If a ping is sent at t0 and answered at t1 on the other clock, and its answer arrives at t3, the offset is t1 − (t0 + t3) / 2 with an
+//! error of at most (t3 − t0) / 2, however the delay is split between the two directions. The ping with the shortest round trip in a
+//! window is the most precise; the possible drift of the clocks since that ping is added to the error.
 use std::collections::VecDeque;
 
 /// Number of pings in a window.
@@ -19,7 +19,7 @@ pub struct ClockOffset {
     pub clock_offset_ns: i64,
     /// Maximum error of the offset, ns.
     pub uncertainty_ns: i64,
-    /// CLOCK_REALTIME of the other host minus this host's, ns, with the same uncertainty; PTP or NTP keeps it small.
+    /// CLOCK_REALTIME of the other host minus this host's, ns, with the same uncertainty. PTP or NTP keeps this offset small.
     pub wall_offset_ns: i64,
 }
 
@@ -51,10 +51,10 @@ pub struct ClockReport {
 /// One ping and its answer.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ping {
-    /// Times at which the ping left and its answer arrived, on this host's steady clock.
+    /// Time at which the ping was sent, on this host's steady clock; `came_ns` is the time at which its answer arrived.
     pub(crate) left_ns: i64,
     pub(crate) came_ns: i64,
-    /// Time at which the ping left, on this host's wall clock.
+    /// Time at which the ping was sent, on this host's wall clock.
     pub(crate) left_wall_ns: i64,
     /// Time at which the ping was answered, on the other host's steady clock.
     pub(crate) answered_ns: i64,

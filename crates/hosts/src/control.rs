@@ -32,7 +32,7 @@ pub(crate) enum Control {
 pub(crate) struct Hello {
     pub(crate) protocol: u32,
     pub(crate) abi: u32,
-    /// Byte order of the values, which are sent as they are stored in memory.
+    /// True if the values are little-endian; they are sent as they are stored in memory.
     pub(crate) little_endian: bool,
     pub(crate) id: u64,
     pub(crate) name: String,

@@ -33,7 +33,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// State of an end that its two sides in this process share.
+/// State of an end, shared by its two sides in this process.
 struct SharedEnd {
     /// Writing end: number of rows that may have been pushed. Reading end: number of rows popped.
     count: AtomicU64,

@@ -25,7 +25,7 @@ const PINGS_TO_JOIN: usize = 4;
 /// Period at which a joining host sends hellos, ms.
 const HELLO_MS: u64 = 100;
 
-/// A host's membership in a system of several hosts. Clones share it; the host leaves when the last one is dropped.
+/// A host's membership in a system of several hosts. Clones share it; the host leaves when the last clone is dropped.
 #[derive(Clone)]
 pub struct Hosts(Arc<Bridge>);
 
@@ -91,7 +91,7 @@ impl Hosts {
         Ok(Hosts(bridge))
     }
 
-    /// Returns the other hosts: on the listening host all that have joined, on a joined host only the listening one.
+    /// Returns the other hosts: all hosts that have joined if this host listens, otherwise only the listening host.
     pub fn peers(&self) -> Vec<Peer> {
         let now_ns = self.0.core.time.steady_ns();
         self.0.core.peers().all(now_ns)
@@ -234,7 +234,7 @@ fn knock(options: &Options, wire: &dyn Network, (id, port): (u64, u16), until: I
             // A peer without the secret is not a listener of this system.
             Ok(Control::Welcome { proof, .. }) if options.security.secret().is_some_and(|secret| !secret::is_proof(secret, &drawn, port, id, &proof)) => {
                 return Err(NetworkError {
-                    message: "the program that listens there does not have the secret: it is not the system, or another user's".to_owned(),
+                    message: "the program that listens there does not have the secret: it is not the system, or it belongs to another user".to_owned(),
                 });
             }
             Ok(control) => {

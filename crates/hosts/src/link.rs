@@ -34,7 +34,7 @@ const CLOSES: u8 = 2;
 /// One side of a link.
 pub(crate) struct LinkState {
     number: u64,
-    /// Number of the host at the other side.
+    /// Number of the host on the other side.
     host: u64,
     time: Arc<Timebase>,
     outlets: Outlets,

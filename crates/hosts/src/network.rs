@@ -19,15 +19,15 @@ pub trait Network: Send + Sync {
     /// Fails if the connection can no longer be used.
     fn subscribe(&self, key: &str, came: Arrival) -> Result<Subscription, NetworkError>;
 
-    /// Notes that the listening side has answered a packet of this one, so that packets pass in both directions. A carrier that is told
-    /// nothing for seconds may connect again.
+    /// Notifies the carrier that the listening side has answered a packet of this one, so packets pass in both directions. A carrier that
+    /// is not notified for several seconds may reconnect.
     fn answered(&self) {}
 }
 
 /// Function that is called with each packet.
 pub type Arrival = Arc<dyn Fn(&[u8]) + Send + Sync>;
 
-/// Subscription. Dropping it ends it.
+/// A subscription, which ends when it is dropped.
 pub type Subscription = Box<dyn Send + Sync>;
 
 /// Outlet for packets of one key.

@@ -14,7 +14,7 @@ pub type ClockWatch = Arc<dyn Fn(&ClockReport) + Send + Sync>;
 /// Options of a host in a real-time system.
 #[derive(Clone)]
 pub struct Options {
-    /// Name of the real-time system: letters, digits, `-`, `_` and `.`, at most 64.
+    /// Name of the real-time system: at most 64 letters, digits, `-`, `_` and `.`.
     pub system: String,
     /// Name of this host, with the same allowed characters as `system`; unique in the system.
     pub name: String,
@@ -53,7 +53,7 @@ impl Options {
         }
     }
 
-    /// Checks that these options are permitted for their endpoint, and returns it.
+    /// Checks that these options are permitted for their endpoint, and returns the endpoint.
     pub(crate) fn check(&self) -> Result<Endpoint, JoinError> {
         for (what, name) in [("system", &self.system), ("host", &self.name)] {
             let fits = !name.is_empty() && name.len() <= 64 && name.chars().all(|c| c.is_ascii_alphanumeric() || "-_.".contains(c));
@@ -70,8 +70,8 @@ impl Options {
 /// Security, which determines the hosts that are admitted. The key file of a certificate must be readable by its owner only.
 #[derive(Clone)]
 pub enum Security {
-    /// Admits programs on this host that have a secret. The secret is never transmitted: each side proves that it has it. Only for
-    /// loopback addresses, `tcp/127.0.0.1:PORT`, which other users of this host can also reach.
+    /// Admits programs on this host that have a secret. The secret is never transmitted: each side proves that it has it. Permitted only
+    /// for loopback addresses, `tcp/127.0.0.1:PORT`, because other users of this host can also reach them.
     Loopback {
         /// Secret of at least 16 characters without white space; [`secret_of_user`](crate::secret_of_user) provides one for all programs
         /// of a user.

@@ -11,7 +11,7 @@ const RETRANSMIT_NS: i64 = 50_000_000;
 const RETRANSMIT_NS_MAX: i64 = 400_000_000;
 /// Time after sending the newest group during which it is not sent again to a reader that reports an older one, ns.
 const RECENT_NS: i64 = 20_000_000;
-/// Number of rows retransmitted at a time. Few, because the reader waits only for the first missing rows.
+/// Number of rows retransmitted at a time. It is small, because the reader waits only for the first missing rows.
 const AGAIN_ROWS: usize = 8;
 
 /// Packets to send, in order.

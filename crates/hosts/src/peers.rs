@@ -78,7 +78,8 @@ impl Peers {
         Ok(replaced)
     }
 
-    /// Records a message from a host; the message, or its answer to a ping, contains the offset of its clocks.
+    /// Records a message from a host. Its clock offset is `said`, if the message contains it, or is measured from `ping`, if the message
+    /// answers one.
     pub(crate) fn heard(&mut self, id: u64, said: Option<ClockOffset>, ping: Option<Ping>, limit_ns: Option<i64>, now_ns: i64) -> Option<MessageMeaning> {
         let known = self.known.iter_mut().find(|known| known.id == id)?;
         let whole_again = now_ns - known.heard_ns > PARTITION_NS;

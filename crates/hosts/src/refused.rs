@@ -37,7 +37,7 @@ pub enum JoinError {
         /// Endpoint that was passed.
         endpoint: String,
     },
-    /// The token is empty, or could be guessed.
+    /// The token is empty or too easy to guess.
     #[error("the token is too weak; use 16 characters or more, without white space")]
     WeakToken,
     /// A token was passed without the files that it requires.

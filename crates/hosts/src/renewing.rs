@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! The zenoh wire, on a session that is replaced if the listening side does not answer over it.
 //!
-//! A joining session normally reconnects by itself, but zenoh (1.10) has two ways to fail permanently. A connection that breaks at the
-//! instant at which it is made has no owner yet, and nobody makes another. One that is opened or accepted more slowly than the time limit
-//! (on a busy machine) may remain without its reader: both sides count as connected and exchange signs of life, one of them hears
-//! nothing, and no second connection of the same session is accepted. So the session's own word is not asked: only answers of the
-//! listening side count, and every long silence is ended with a new session.
+//! A joining session normally reconnects by itself, but zenoh (1.10) can fail permanently in two ways. If a connection breaks at the
+//! instant at which it is established, it has no owner yet, and no part of zenoh establishes another. If a connection is opened or
+//! accepted more slowly than the time limit (on a busy machine), it may remain without its reader: both sides count as connected and
+//! exchange keep-alives, one of them receives nothing, and no second connection of the same session is accepted. The state that the
+//! session reports is therefore ignored. Only answers from the listening side count, and every long silence leads to a new session.
 use crate::endpoint::Endpoint;
 use crate::network::{Arrival, Network, NetworkError, Outlet, Subscription, Urgency};
 use crate::options::Options;
@@ -21,13 +21,13 @@ use zenoh::pubsub::{Publisher, Subscriber};
 use zenoh::qos::{CongestionControl, Priority};
 use zenoh::{Session, Wait};
 
-/// Period at which answers are looked for.
+/// Period at which the wire checks for answers.
 const LOOK: Duration = Duration::from_secs(1);
-/// Number of consecutive periods without an answer after which the session is replaced: longer than a session takes to reconnect by
-/// itself if it can, which is 2 s for the lease and less than 1 s for the new connection, and shorter than the silence of 5 s after which
-/// a host is lost.
+/// Number of consecutive periods without an answer after which the session is replaced. This is longer than a session takes to reconnect
+/// by itself, if it can (2 s for the lease and less than 1 s for the new connection), and shorter than the silence of 5 s after which a
+/// host is considered lost.
 const LOOKS_MAX: u32 = 3;
-/// Time limit for a session to connect, after which another one is tried. Closing the host may have to wait as long.
+/// Time limit for a session to connect, after which another one is tried. Closing the host may take as long.
 const OPENING: Duration = Duration::from_secs(2);
 
 /// A connection between hosts over zenoh.
@@ -39,7 +39,7 @@ pub(crate) struct ZenohWire {
 
 struct SharedSession {
     open: RwLock<Open>,
-    /// Number of answers of the listening side.
+    /// Number of answers from the listening side.
     answers: AtomicU64,
     /// Subscribers to packets of a key.
     subscribed: Mutex<Vec<Weak<SubscribedKey>>>,
@@ -51,7 +51,7 @@ struct Open {
     renewals: u64,
 }
 
-/// Number of consecutive looks without an answer.
+/// Number of consecutive checks without an answer.
 #[derive(Default)]
 struct Silence {
     looks: u32,
@@ -59,7 +59,7 @@ struct Silence {
 }
 
 impl Silence {
-    /// Returns true if the number of answers is the same as at the last looks, for too long.
+    /// Returns true if the number of answers has not changed for too many consecutive checks.
     fn lasts(&mut self, answers: u64) -> bool {
         let is_answered = std::mem::replace(&mut self.answers, answers) != answers;
         self.looks = if is_answered { 0 } else { self.looks + 1 };
@@ -118,7 +118,8 @@ impl Drop for ZenohWire {
     }
 }
 
-/// Opens sessions until one is connected; returns the last error if none is before `limit`, or one that is not a lack of time.
+/// Opens sessions until one is connected. Returns the last error if none is connected by `limit`, and returns any error other than a
+/// timeout immediately.
 fn until<E>(limit: Instant, open: impl Fn() -> Result<Session, E>) -> Result<Session, E> {
     loop {
         let begun = Instant::now();
@@ -258,7 +259,7 @@ mod tests {
         (ZenohWire::open(&options("a"), &endpoint, Side::Listens).expect("the port is free"), options("b"), endpoint)
     }
 
-    /// Returns a function for packets, and the first byte of the last one.
+    /// Returns a packet handler, and the variable in which it stores the first byte of the latest packet.
     fn last_arrival() -> (Arrival, Arc<AtomicU64>) {
         let last = Arc::new(AtomicU64::new(0));
         let noted = last.clone();

@@ -12,7 +12,7 @@ use std::io::{ErrorKind, Read, Write};
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
 
-/// Lengths of a random number drawn for one answer and of the answer (the proof), bytes.
+/// Length of a random number that is drawn for one answer, bytes; `PROOF_LEN` is the length of the answer (the proof).
 pub(crate) const DRAWN_LEN: usize = 16;
 pub(crate) const PROOF_LEN: usize = 32;
 /// Name of the file with the secret, in a folder of the user.
@@ -76,8 +76,8 @@ pub(crate) fn proof(secret: &str, drawn: &[u8; DRAWN_LEN], port: u16, joins: u64
     keyed(secret, drawn, port, joins).finalize().into_bytes().into()
 }
 
-/// Returns true if an answer is that proof. The comparison takes constant time, so that it does not reveal how much of the answer is
-/// correct.
+/// Returns true if an answer is the expected proof. The comparison takes constant time, so that it does not reveal how much of the answer
+/// is correct.
 pub(crate) fn is_proof(secret: &str, drawn: &[u8; DRAWN_LEN], port: u16, joins: u64, answer: &[u8; PROOF_LEN]) -> bool {
     keyed(secret, drawn, port, joins).verify_slice(answer).is_ok()
 }

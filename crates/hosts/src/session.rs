@@ -128,7 +128,7 @@ impl Dictionary {
     fn write(token: &str) -> Result<Self, JoinError> {
         use std::os::unix::fs::OpenOptionsExt;
         let path = std::env::temp_dir().join(format!("opengpac-{:016x}", crate::random::number()));
-        let refused = |error: std::io::Error| JoinError::File { what: "file of tokens", path: path.clone(), reason: error.to_string() };
+        let refused = |error: std::io::Error| JoinError::File { what: "token file", path: path.clone(), reason: error.to_string() };
         let mut file = std::fs::OpenOptions::new().write(true).create_new(true).mode(0o600).open(&path).map_err(refused)?;
         let written = Dictionary(path.clone());
         writeln!(file, "{USER}:{token}").map_err(refused)?;

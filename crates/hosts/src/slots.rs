@@ -34,7 +34,7 @@ impl Slots {
         let free = slots.iter().position(Option::is_none).unwrap_or(slots.len());
         if free == SLOTS {
             return Err(EndError {
-                message: format!("there is no room for another end: this host already has {SLOTS}; delete verb instances, or share the work with another host"),
+                message: format!("this host already has {SLOTS} ends of connections, the maximum; delete verb instances, or share the work with another host"),
             });
         }
         let served = make(free);

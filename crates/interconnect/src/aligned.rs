@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Bytes on separate cache lines.
+//! Byte buffers that share no cache line with other data.
 
 /// Size of a cache line in bytes.
 pub(crate) const LINE: usize = 64;

@@ -45,8 +45,8 @@ pub trait Sender: Send {
     /// `fill` if the queue is full. Panics on a connection without a queue.
     fn push(&mut self, number: u64, now_ns: i64, fill: &mut dyn FnMut(&mut [u8])) -> Result<(), Full>;
 
-    /// Returns true if the row pushed last was readable when `push` returned: the writing source then raises the reading source itself,
-    /// once per firing. Otherwise, [`Carrier::deliver`] raises it on arrival. Always true in memory.
+    /// Returns true if the row pushed last was readable when `push` returned. In that case, the writing source raises the reading source
+    /// itself, once per firing. Otherwise, [`Carrier::deliver`] raises it on arrival. Always true in memory.
     fn arrived(&self) -> bool {
         true
     }

@@ -11,14 +11,14 @@ pub trait Ends: Send {
     /// Returns the writing end of connection `number`. Not on the real-time path.
     ///
     /// # Errors
-    /// Fails if it cannot be created: no space, insufficient privileges, other side unreachable.
+    /// Fails if the end cannot be created, for example because of lack of space, insufficient privileges or an unreachable peer.
     fn sender(&mut self, number: u64, spec: &ConnectionSpec) -> Result<Box<dyn Sender>, EndError>;
 
     /// Returns the reading end. `raise` is called once for each row that became readable, on any thread except a real-time one; it is
     /// never called for a group. Not on the real-time path.
     ///
     /// # Errors
-    /// As for [`Ends::sender`].
+    /// Same as for [`Ends::sender`].
     fn receiver(&mut self, number: u64, spec: &ConnectionSpec, raise: Box<dyn Fn() + Send + Sync>) -> Result<Box<dyn Receiver>, EndError>;
 
     /// Returns the connections that were lost since the last call although both ends exist, for example because the other side wrote

@@ -26,8 +26,7 @@ pub fn queue(row_len: usize, depth: usize) -> (QueueWriter, QueueReader) {
 /// Memory of the counts and rows of a queue: in this process ([`queue`]), or shared with other processes.
 ///
 /// # Safety
-/// Counts and rows do not move as long as the value lives; no two rows overlap; the depth is constant and not 0; and only one writer
-/// and one reader at a time, in any process, access them.
+/// Counts and rows must not move as long as the value lives; no two rows may overlap; the depth must be constant and not 0; and only one writer and one reader at a time, in any process, may access them.
 pub unsafe trait QueueMemory {
     /// Returns the number of rows popped so far (wraps around); written by the reader.
     fn popped(&self) -> &AtomicUsize;
@@ -38,7 +37,7 @@ pub unsafe trait QueueMemory {
     /// Returns the capacity in rows.
     fn depth(&self) -> usize;
 
-    /// Returns the number and bytes of the row in a slot below the depth, for the end that may access it.
+    /// Returns the number and bytes of the row in `slot`, which is below the depth, for the end that may access it.
     fn for_reading(&self, slot: usize) -> (*const u64, *const [u8]);
 
     /// Returns the same as [`for_reading`](Self::for_reading), for writing.
@@ -74,7 +73,7 @@ impl<M: QueueMemory> QueueWriter<M> {
     /// Creates the writing end of a queue in `memory`, positioned after the rows that wait there.
     ///
     /// # Safety
-    /// No other writer of the queue lives, and the counts are those left by the previous ends.
+    /// No other writer of the queue may exist, and the counts must be those left by the previous ends.
     pub unsafe fn in_memory(memory: M) -> Self {
         let pushed = memory.pushed().load(Ordering::Acquire);
         let popped_seen = memory.popped_of(pushed);
@@ -104,7 +103,7 @@ impl<M: QueueMemory> QueueWriter<M> {
         Ok(())
     }
 
-    /// Returns the number of waiting rows. The reader may concurrently pop some.
+    /// Returns the number of waiting rows; the reader may pop rows at any time.
     pub fn len(&self) -> usize {
         self.pushed.wrapping_sub(self.memory.popped_of(self.pushed))
     }
@@ -131,7 +130,7 @@ impl<M: QueueMemory> QueueReader<M> {
     /// Creates the reading end of a queue in `memory`, starting with the rows that wait there.
     ///
     /// # Safety
-    /// No other reader of the queue lives, and the counts are those left by the previous ends.
+    /// No other reader of the queue may exist, and the counts must be those left by the previous ends.
     pub unsafe fn in_memory(memory: M) -> Self {
         let popped = memory.popped().load(Ordering::Acquire);
         let pushed_seen = memory.pushed_of(popped);

@@ -57,7 +57,7 @@ impl RowsWriter {
         shared.written.0.store(self.written, Ordering::Release);
     }
 
-    /// Prefetches the memory of the next row, so that `write` does not wait for it. Optional; call it some hundred nanoseconds before
+    /// Prefetches the memory of the next row, so that `write` does not wait for it. Optional; call it a few hundred nanoseconds before
     /// `write`.
     #[inline]
     pub fn expect(&self) {
@@ -159,7 +159,7 @@ pub struct Row {
     pub bytes: Vec<u8>,
 }
 
-/// Reading end, for any thread; a clone is an independent reader. Allocates: not for the real-time path.
+/// Reading end, for any thread; a clone is an independent reader. Allocates, so it is not for the real-time path.
 #[derive(Clone)]
 pub struct RowsReader {
     shared: Arc<SharedRing>,

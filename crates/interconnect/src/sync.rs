@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Atomics and the cell used by the lock-free structures: the types of the standard library, or of loom when models are checked.
+//! Atomics and the cell used by the lock-free structures: the types of the standard library, or those of loom during model checking.
 
 #[cfg(loom)]
 pub(crate) use loom::{

@@ -11,9 +11,9 @@
 //! Why three buffers: the writer fills one (*back*), the reader reads one (*front*), and the third (*middle*) holds the newest complete
 //! publication, so that either side can always exchange its own buffer for it without coordination. With two, one side would have to wait
 //! for the other or overwrite a buffer that is being read; a fourth would never be used. The middle word contains the index of the middle
-//! buffer, and a flag that tells whether the reader has seen it. Each swap moves a whole buffer, so a group is never torn.
+//! buffer, and a flag that indicates whether the reader has seen it. Each swap moves a whole buffer, so a group is never torn.
 //!
-//! Each buffer and the word have cache lines of their own. The algorithm does not depend on their location: see [`TripleMemory`].
+//! Each buffer, and the word, has its own cache lines. The algorithm does not depend on their location: see [`TripleMemory`].
 use crate::aligned::AlignedBytes;
 use crate::sync::{Arc, AtomicU8, Ordering, OwnLine, UnsafeCell};
 
@@ -45,8 +45,7 @@ pub fn is_news(word: u8) -> bool {
 /// processes.
 ///
 /// # Safety
-/// The word and the buffers do not move as long as the value lives; the three buffers do not overlap; and only one writer and one
-/// reader at a time, in any process, access them.
+/// The word and the buffers must not move as long as the value lives; the three buffers must not overlap; and only one writer and one reader at a time, in any process, may access them.
 pub unsafe trait TripleMemory {
     /// Returns the middle word.
     fn middle(&self) -> &AtomicU8;
@@ -57,8 +56,9 @@ pub unsafe trait TripleMemory {
     /// Returns the same as [`for_reading`](Self::for_reading), for writing.
     fn for_writing(&self, index: u8) -> *mut [u8];
 
-    /// Returns the index (below 3) of the buffer that an end receives in exchange for its own, from `word`, the previous middle word.
-    /// Implementations whose word can be written by other processes check it here; between two threads, the check costs nothing.
+    /// Returns the index (below 3) of the buffer that an end receives in exchange for its own. The index is taken from `word`, the
+    /// previous middle word. Implementations whose word can be written by other processes check it here; between two threads, the check
+    /// costs nothing.
     #[inline]
     fn given(&self, word: u8, _own: u8) -> u8 {
         in_the_middle(word)
@@ -82,7 +82,7 @@ impl<M: TripleMemory> TripleWriter<M> {
     /// Creates the writing end of a triple buffer in `memory`.
     ///
     /// # Safety
-    /// No other writer of it lives, and `back` is the buffer that is neither in the middle nor the reader's.
+    /// No other writer of the buffer may exist, and `back` must be the buffer that is neither in the middle nor the reader's.
     pub unsafe fn in_memory(memory: M, back: u8) -> Self {
         TripleWriter { memory, back }
     }
@@ -122,7 +122,7 @@ impl<M: TripleMemory> TripleReader<M> {
     /// Creates the reading end of a triple buffer in `memory`.
     ///
     /// # Safety
-    /// No other reader of it lives, and `front` is the buffer that is neither in the middle nor the writer's.
+    /// No other reader of the buffer may exist, and `front` must be the buffer that is neither in the middle nor the writer's.
     pub unsafe fn in_memory(memory: M, front: u8) -> Self {
         TripleReader { memory, front }
     }

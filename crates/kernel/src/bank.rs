@@ -32,15 +32,15 @@ pub(crate) enum Entry {
     Single,
     /// Runs any subset of the steps, in order, in one call.
     Bank(Bank),
-    /// Runs all steps in one call, starting at the first; otherwise none.
+    /// Runs all steps in one call, provided that the first of them is due to run; otherwise, no step is run through this entry.
     Fused(Bank),
 }
 
 /// Range of fused steps, with their entry.
 pub(crate) type FusedSteps = (Range<u32>, Bank);
 
-/// Cuts strips into fused steps, banks and single steps. Watched blocks have an entry of their own and are never part of a bank or
-/// fusion. Off the real-time path.
+/// Splits strips into fused steps, banks and single steps. Watched blocks have their own entries and are never part of a bank or fusion.
+/// Off the real-time path.
 pub(crate) fn stretches(strips: &[Strip], calls: &[Call], fused: &[FusedSteps]) -> Vec<Stretch> {
     let mut stretches: Vec<Stretch> = Vec::with_capacity(strips.len());
     for strip in strips {

@@ -3,7 +3,7 @@
 //!
 //! | role | does | never |
 //! |---|---|---|
-//! | ringer (`ring`, `tell`) | counts, then checks whether anyone attends and the sleeper sleeps; at most one system call | waits |
+//! | ringer (`ring`, `tell`) | counts, then checks whether a thread attends and whether the sleeper is asleep; at most one system call | waits |
 //! | sleeper (`sleep`) | declares that it sleeps, then reads the count | sleeps through a `ring` |
 //! | attendant (`attend`, `leave`) | declares that it has left, then reads the count | leaves a `tell` that it has not seen |
 //!
@@ -11,14 +11,14 @@
 //! the other.
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Event counter, with a flag that tells whether a thread sleeps until it changes. One sleeper, any number of ringers.
+/// Event counter, with a flag that indicates whether a thread is sleeping until the count changes. One sleeper, any number of ringers.
 #[derive(Default)]
 pub struct Bell {
     rings: AtomicU32,
     asleep: AtomicU32,
     /// Number of threads that watch the count on behalf of the sleeper.
     attending: AtomicU32,
-    /// Set if a `tell` left the sleeper asleep and no thread has left since.
+    /// Set if a `tell` left the sleeper asleep and no attendant has left since.
     owed: AtomicU32,
 }
 
@@ -47,7 +47,7 @@ impl Bell {
         self.wake();
     }
 
-    /// Increments the count, and wakes the sleeper unless a thread attends in its place. Real-time safe.
+    /// Increments the count, and wakes the sleeper unless another thread is attending on its behalf. Real-time safe.
     pub fn tell(&self) {
         self.mark();
         if self.attending.load(Ordering::SeqCst) == 0 {
@@ -63,7 +63,7 @@ impl Bell {
         self.attending.fetch_add(1, Ordering::SeqCst);
     }
 
-    /// Ends `attend` for a thread that has handled everything up to `seen`; wakes the sleeper for anything later.
+    /// Ends `attend` for a thread that has handled all rings up to `seen`; wakes the sleeper if there have been later ones.
     pub fn leave(&self, seen: u32) {
         self.attending.fetch_sub(1, Ordering::SeqCst);
         self.owed.store(0, Ordering::SeqCst);
@@ -72,7 +72,7 @@ impl Bell {
         }
     }
 
-    /// Returns true if a `tell` left the sleeper asleep, and no thread has left since. Real-time safe.
+    /// Returns true if a `tell` left the sleeper asleep and no attendant has left since. Real-time safe.
     pub fn is_owed(&self) -> bool {
         self.owed.load(Ordering::Relaxed) != 0
     }

@@ -20,12 +20,12 @@ pub struct Block {
     memory: Cell,
     /// Allocated memory: the instance, possibly followed by the word of reported conditions.
     whole: Cell,
-    /// One bit per item: set if the condition was reported since the last reset.
+    /// One bit per item, set if the condition was reported since the last reset.
     reported: Option<Cell>,
     /// Image that `Op::Reset` restores: the descriptor's image with the bindings and values of this instance.
     initial: Box<[u8]>,
     /// Byte ranges (offset, length) of the instance that a reset restores: everything except the header, items declared `keep`, and the
-    /// parameters, presets and sizes, which are stored from outside the block.
+    /// parameters, presets and sizes, which are set from outside the block.
     restored: Vec<(usize, usize)>,
     /// Cells that the item addresses point to, kept alive as long as the block.
     bound: Vec<Option<Cell>>,
@@ -53,7 +53,7 @@ impl Block {
         assert_eq!(
             memory.start() as usize % descriptor.instance_align.max(1) as usize,
             0,
-            "the memory of block '{name}' is not aligned as its descriptor asks"
+            "the memory of block '{name}' is not aligned as its descriptor requires"
         );
         // SAFETY: a descriptor's image is `instance_size` bytes and lives as long as its module.
         let initial: Box<[u8]> = unsafe { std::slice::from_raw_parts(descriptor.image.cast::<u8>(), size) }.into();
@@ -96,7 +96,7 @@ impl Block {
     }
 
     /// Returns the cell of a parameter's, preset's or output's own value (`self.field`), for `Op::Store` and `Op::Capture`; for an output
-    /// that is used in place, the cell that it is bound to.
+    /// that is used in place, returns the cell to which it is bound.
     pub fn value(&self, item: usize) -> Cell {
         let declared = &self.items()[item];
         if let (kind::OUTPUT, NONE, Some(bound)) = (declared.kind, declared.offset, &self.bound[item]) {
@@ -106,14 +106,14 @@ impl Block {
         self.memory.part(declared.offset as usize, declared.size as usize)
     }
 
-    /// Returns the cell of the value that output `item` published last, i.e. `self.field` at its next invocation; `None` for any other
+    /// Returns the cell of the value last published by output `item`, i.e. `self.field` at its next invocation; `None` for any other
     /// item.
     pub fn published(&self, item: usize) -> Option<Cell> {
         let declared = self.items().get(item)?;
         (declared.kind == kind::OUTPUT && declared.offset != NONE).then(|| self.memory.part(declared.offset as usize, declared.size as usize))
     }
 
-    /// Returns the cell of the value that condition `item` reported last, if the condition has a value.
+    /// Returns the cell of the value last reported with condition `item`; `None` if the condition has no value.
     pub fn report(&self, item: usize) -> Option<Cell> {
         let declared = self.items().get(item)?;
         (declared.kind == kind::CONDITION && declared.report != NONE).then(|| self.memory.part(declared.report as usize, declared.size as usize))
@@ -129,7 +129,7 @@ impl Block {
         &self.name
     }
 
-    /// Returns the invocation times of the block, as sampled by the probe in this process.
+    /// Returns the durations of the block's invocations, as sampled by the probe in this process.
     pub fn block_times(&self) -> BlockTimes {
         self.times.read()
     }
@@ -148,7 +148,7 @@ impl Block {
         (&self.whole, &self.initial, &self.bound)
     }
 
-    /// Installs a copy of a block from another processor: `initial`, with the addresses replaced by those of `bound`. Fails with a
+    /// Installs a copy of a block from another processor: copies `initial`, and replaces its addresses by those of `bound`. Fails with a
     /// message if the arguments do not fit the descriptor.
     pub fn like(
         (id, name): (BlockId, &str),
@@ -197,7 +197,7 @@ impl Block {
         unsafe { std::ffi::CStr::from_ptr(self.descriptor.name) }.to_str().unwrap_or_default()
     }
 
-    /// Returns the pointer to the instance that its entry takes.
+    /// Returns the instance pointer that is passed to the block's entry.
     pub(crate) fn instance(&self) -> *mut u8 {
         self.memory.start()
     }
@@ -251,8 +251,8 @@ impl Block {
         }
     }
 
-    /// Takes over the states, outputs and invocation number of another block of the same code; does nothing if the code differs. Called
-    /// by the source's own thread between two invocations.
+    /// Takes over the states, outputs and invocation number of another block that runs the same code; does nothing if the code differs.
+    /// Called by the source's own thread between two invocations.
     pub fn keep(&self, from: &Block) {
         if !self.is_same_code(from) || std::ptr::eq(self, from) {
             return;
@@ -278,7 +278,7 @@ impl Block {
         outputs.filter_map(|(_, bound)| bound.as_ref()).any(|bound| (bound.start() as usize) < end && start < bound.start() as usize + bound.len())
     }
 
-    /// Returns the items that the block stores through addresses (outputs and device channels), each with its cell.
+    /// Returns the items to which the block writes through an address (outputs and device channels), each with its cell.
     pub fn stores(&self) -> impl Iterator<Item = (&'static Item, &Cell)> {
         let stored = self.items().iter().zip(&self.bound).filter(|(item, _)| matches!(item.kind, kind::OUTPUT | kind::DEVICE_WRITE));
         stored.filter_map(|(item, cell)| Some((item, cell.as_ref()?)))
@@ -302,7 +302,7 @@ fn items(descriptor: &'static Descriptor) -> &'static [Item] {
     unsafe { std::slice::from_raw_parts(descriptor.items, descriptor.item_count as usize) }
 }
 
-/// Returns true if a reset leaves the item's value unchanged, because it is stored from outside the block or declared `keep`.
+/// Returns true if a reset leaves the item's value unchanged, because it is set from outside the block or declared `keep`.
 fn is_kept(item: &Item) -> bool {
     match item.kind {
         kind::PARAMETER | kind::CONDITION | kind::SIZE => true,
@@ -311,7 +311,7 @@ fn is_kept(item: &Item) -> bool {
     }
 }
 
-/// Returns the byte ranges between the header and the end of an instance of `size` bytes that hold no kept state.
+/// Returns the byte ranges of an instance of `size` bytes, excluding its header, that contain no kept state.
 fn restored(items: &[Item], size: usize) -> Vec<(usize, usize)> {
     let mut kept: Vec<(usize, usize)> =
         items.iter().filter(|item| is_kept(item) && item.offset != NONE).map(|item| (item.offset as usize, item.size as usize)).collect();

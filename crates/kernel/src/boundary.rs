@@ -97,8 +97,9 @@ impl Kernel {
         self.told = true;
     }
 
-    /// Answers read-only scripts with the state before the firing while a firing of the virtual clock is in progress. Other scripts, and
-    /// read-only ones queued behind them, wait until the firing ends; all scripts wait while a record is made.
+    /// While a firing under the virtual clock is in progress, answers read-only scripts with the state before the firing. Other scripts,
+    /// and read-only ones queued behind them, wait until the firing ends; all scripts wait while the source is
+    /// recorded or replayed.
     pub fn answer_readings(&mut self, now_ns: i64) {
         if self.source.tape.is_some() {
             return;
@@ -123,7 +124,7 @@ impl Kernel {
         self.wake();
     }
 
-    /// Puts `table` in force and moves the current one into its place.
+    /// Makes `table` the active table, and leaves the previous one in its place.
     fn swap(&mut self, table: &mut Box<Table>, now_ns: i64) {
         mem::swap(&mut self.table, table);
         for (slot, activation) in self.table.activations.iter().enumerate() {

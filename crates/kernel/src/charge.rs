@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Time that a loop is charged for: its thread ran or slept. A thread that only waits for a core is charged nothing.
+//! Time charged to a loop: the time for which its thread ran or slept, but not the time for which it only waited for a core.
 
-/// Maximum charge for sleep between two looks, ns: the thread may have slept for an instant when it was looked at.
+/// Maximum sleep time charged between two checks, ns: the thread may have been asleep only for the instant of the check.
 const SLEEP_MAX_NS: i64 = 20_000_000;
 
-/// Time charged to one loop, from the first look at it.
+/// Time charged to one loop since it was first checked.
 #[derive(Debug, Default)]
 pub(crate) struct Charge {
     /// Time at which the loop was started, which identifies it.
     started_ns: i64,
     looked_ns: i64,
-    /// Processor time of the thread at the last look.
+    /// CPU time of the thread at the last check.
     run_ns: i64,
     charged_ns: i64,
 }
 
 impl Charge {
-    /// Adds the time since the last look at the same loop, and returns the sum. `waits` returns true if the thread waits for a core.
+    /// Adds the time since the last check of the same loop, and returns the sum. `waits` returns true if the thread is waiting for a
+    /// core.
     pub(crate) fn add(&mut self, started_ns: i64, now_ns: i64, run_ns: i64, waits: impl FnOnce() -> bool) -> i64 {
         if self.started_ns != started_ns {
             *self = Charge { started_ns, looked_ns: now_ns, run_ns, charged_ns: 0 };
@@ -29,7 +30,7 @@ impl Charge {
         self.charged_ns
     }
 
-    /// Notes that the loop that started at `started_ns` counts as started `late_ns` later.
+    /// Records that the loop that started at `started_ns` is treated as if it had started `late_ns` later.
     pub(crate) fn forgive(&mut self, started_ns: i64, late_ns: i64) {
         if self.started_ns == started_ns {
             self.started_ns += late_ns;
@@ -43,7 +44,8 @@ mod tests {
 
     const MS: i64 = 1_000_000;
 
-    /// Returns the charge after looks 10 ms apart, each with the processor time used since the last one, ms, and whether the thread waits.
+    /// Returns the charge after checks 10 ms apart. Each entry contains the CPU time used since the previous check, ms, and whether the
+    /// thread is waiting for a core.
     fn charged(looks: &[(i64, bool)]) -> i64 {
         let (mut charge, mut now_ns, mut run_ns) = (Charge::default(), 1_000 * MS, 77 * MS);
         assert_eq!(charge.add(5, now_ns, run_ns, || true), 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Order in which conditions act: at the end of the firing that reported them, by priority, then order of declaration, then order of
-//! creation. Only the first that moves its process acts.
+//! Order in which conditions take effect: at the end of the firing that reported them, by priority, then by order of declaration, then by
+//! order of creation. Only the first condition that moves its process takes effect.
 use crate::block::BlockId;
 use crate::event::Event;
 use crate::phase::CountedInvocations;
@@ -143,7 +143,7 @@ impl Kernel {
         self.serve_entered(now_ns);
     }
 
-    /// Schedules a check of the remembered conditions of `process` for later in this boundary.
+    /// Schedules a check of the remembered conditions of `process` for later at this boundary.
     pub fn enter(&mut self, process: &Process) {
         if self.entered.len() < self.entered.capacity() {
             self.entered.push(process);

@@ -36,7 +36,7 @@ pub(crate) const WORD: usize = 8;
 pub struct End<T: ?Sized> {
     /// The end itself.
     pub end: Box<T>,
-    /// `None` if both ends were created together.
+    /// Identity of the connection; `None` if both ends were created together.
     pub way: Option<Way>,
 }
 
@@ -64,8 +64,8 @@ unsafe impl<A: Send + Sync> Send for Outbound<A> {}
 unsafe impl<A: Send + Sync> Sync for Outbound<A> {}
 
 impl<A: CountedInvocations> Outbound<A> {
-    /// Creates the outbound side. `group`: the asynchronous members, in the order of their position in the group. `wake` is raised once
-    /// in each firing in which a row was sent, or in each firing if the connection has no queue.
+    /// Creates the outbound side. `group`: the asynchronous members, in their order in the group. `wake` is raised once in each firing in
+    /// which a row was sent, or in each firing if the connection has no queue.
     pub fn new(sender: impl Into<End<dyn Sender>>, group: Vec<Cell>, queue: Vec<QueueMember<A>>, wake: Option<SourceId>) -> Arc<Outbound<A>> {
         let (spans, group_len) = spans(&group);
         let End { end, way } = sender.into();
@@ -75,16 +75,16 @@ impl<A: CountedInvocations> Outbound<A> {
     /// Drops the connection's carrier and its descriptors; nothing is sent afterwards.
     ///
     /// # Safety
-    /// The kernel of the writing source has ended.
+    /// The kernel of the writing source must have ended.
     pub unsafe fn sever(&self) {
         // SAFETY: nobody else touches it any more.
         unsafe { *self.sender.get() = Box::new(Nowhere::default()) };
     }
 
-    /// Publishes the group. Calls `midway` with half of it copied.
+    /// Publishes the group. Calls `midway` when half of it has been copied.
     ///
     /// # Safety
-    /// Called only by the kernel of the writing source.
+    /// Must be called only by the kernel of the writing source.
     pub(crate) unsafe fn publish(&self, number: u64, now_ns: i64, midway: &mut dyn FnMut()) {
         if self.group_len == 0 {
             return;
@@ -112,7 +112,7 @@ impl<A: CountedInvocations> Outbound<A> {
     /// Publishes the group without preemption points; used by real threads.
     ///
     /// # Safety
-    /// As for `publish`.
+    /// Same as for `publish`.
     #[inline]
     pub(crate) unsafe fn publish_at_once(&self, number: u64, now_ns: i64) {
         if self.group_len == 0 {
@@ -130,10 +130,10 @@ impl<A: CountedInvocations> Outbound<A> {
     }
 
     /// Sends a row with the members that were updated in this firing; `stored(m)` is true if the step that writes member m succeeded.
-    /// Returns true if the reader must be raised; fails with the first member of a row that was lost.
+    /// Returns true if the reader must be raised; if the row was lost, fails with its first member.
     ///
     /// # Safety
-    /// As for `publish`.
+    /// Same as for `publish`.
     pub(crate) unsafe fn push(&self, number: u64, now_ns: i64, stored: &dyn Fn(usize) -> bool) -> Result<bool, u32> {
         if self.queue.is_empty() {
             return Ok(true);

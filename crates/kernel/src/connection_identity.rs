@@ -15,7 +15,7 @@ pub enum Reach {
     Network,
 }
 
-/// Identity of a connection, from which each of its ends is created, wherever it is located.
+/// Identity of a connection, from which each of its ends is created, regardless of where that end is located.
 #[derive(Clone, Copy, Debug)]
 pub struct Way {
     /// Number of the connection: unique in the system, never reused.

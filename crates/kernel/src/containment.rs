@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Rust interface of the containment: a step loop that a signal inside block code can end, and the alternate stack of its signal
-//! handlers.
+//! Rust interface of the containment: a step loop that can be aborted by a signal inside block code, and the alternate stack of its
+//! signal handlers.
 use crate::charge::Charge;
 use crate::hearing::{self, Unheard};
 use forks::UnforkedMemory;
@@ -50,7 +50,7 @@ pub struct Over {
     pub(crate) step: u32,
     /// Step that was aborted; `None` if the loop returned, but exceeded its budget.
     pub(crate) at: Option<u32>,
-    /// True if the step was aborted in code of a library that may hold a lock: this thread must not call the library again.
+    /// True if the step was aborted in code of a library that may hold a lock, so that this thread must not call the library again.
     pub is_lost: bool,
 }
 
@@ -70,7 +70,7 @@ pub struct Containment {
     thread: AtomicPtr<c_void>,
     /// Kernel thread ID of the source's own thread; 0 if it has none.
     own_thread: AtomicI32,
-    /// Time charged to the current loop, if time for which its thread waits for a core does not count.
+    /// Time charged to the current loop; `None` if the time for which its thread waits for a core also counts.
     charge: Option<Mutex<Charge>>,
     /// Signals that the watchdog has sent during the current loop.
     unheard: Unheard,
@@ -89,7 +89,7 @@ pub const RETIRED: i32 = 70;
 
 static RETIRES: AtomicBool = AtomicBool::new(false);
 
-/// Makes this process exit if a block is ended in code of a library that may hold a lock. For processes that run only processors: the
+/// Makes this process exit if a block is aborted in code of a library that may hold a lock. For processes that run only processors: the
 /// guard and the supervisor outlive them.
 pub fn retire_when_lost() {
     RETIRES.store(true, Ordering::Release);
@@ -99,7 +99,7 @@ pub fn is_retiring() -> bool {
     RETIRES.load(Ordering::Acquire)
 }
 
-/// Ends this process immediately, without flushing or freeing: either could wait for a lock that is never released.
+/// Terminates this process immediately, without flushing or freeing, because either could wait for a lock that is never released.
 pub fn end_process() -> ! {
     // SAFETY: ends the process.
     unsafe { libc::_exit(RETIRED) }
@@ -125,7 +125,7 @@ impl Containment {
     /// `memory`, aligned to a cache line, valid for the lifetime of the containment.
     ///
     /// # Safety
-    /// No other code writes there.
+    /// No other code may write to this memory.
     pub unsafe fn at(memory: *mut u8, budget_ns: i64) -> Containment {
         // SAFETY: a constant.
         assert!(unsafe { opengpac_containment_size() } <= BLACK_BOX_LEN, "a containment fits into its place in a black box");
@@ -147,7 +147,7 @@ impl Containment {
         }
     }
 
-    /// Makes a containment whose budget does not count the time for which its thread only waits for a core.
+    /// Returns the containment with a budget that does not count the time for which its thread only waits for a core.
     #[must_use]
     pub fn without_waits(self) -> Containment {
         self.shared().charged.store(1, Ordering::Relaxed);
@@ -162,7 +162,7 @@ impl Containment {
     /// Runs `body(argument)`. Returns `None` if it returned in time and no block called fork(), otherwise its abnormal end.
     ///
     /// # Safety
-    /// `body` keeps nothing on its stack that must be dropped while [`Containment::enter`] has a step set: a signal jumps over it.
+    /// `body` must not keep anything on its stack that has to be dropped while [`Containment::enter`] has a step set, because a signal jumps over it.
     pub unsafe fn run(&self, body: unsafe extern "C" fn(*mut c_void), argument: *mut c_void, started_ns: i64) -> Option<Over> {
         // SAFETY: an identity.
         self.thread.store(unsafe { libc::pthread_self() } as *mut c_void, Ordering::Relaxed);
@@ -238,7 +238,7 @@ impl Containment {
     }
 
     /// Sends the budget signal to the thread of a loop that has spent its budget. `now_ns`: CLOCK_MONOTONIC; `waits`: returns true if the
-    /// thread of a clock is merely waiting for a core. Returns true if the signal does not get through.
+    /// thread of a clock is merely waiting for a core. Returns true if the thread does not receive the signal.
     pub fn watch(&self, now_ns: i64, waits: impl Fn(libc::clockid_t) -> bool) -> bool {
         let thread = self.thread.load(Ordering::Relaxed);
         if let Some(started) = self.spent(now_ns, &waits) {
@@ -264,7 +264,7 @@ impl Containment {
         is_deaf
     }
 
-    /// Marks an abandoned loop as over its budget, even if it eventually returns by itself: its source then stops.
+    /// Marks an abandoned loop as over its budget, so that its source stops even if the loop eventually returns by itself.
     fn end_when_it_returns(&self) {
         let step = self.shared().step.load(Ordering::Relaxed);
         if step != OUTSIDE {
@@ -278,14 +278,14 @@ impl Containment {
         self.own_thread.store(unsafe { libc::gettid() }, Ordering::Release);
     }
 
-    /// Returns true if the source's own thread has exited. A thread that was not asked to close was ended by the system, for example
+    /// Returns true if the source's own thread has exited. A thread that was not asked to close was terminated by the system, for example
     /// because a block dropped a privilege.
     pub fn is_gone(&self) -> bool {
         let thread = self.own_thread.load(Ordering::Acquire);
         thread != 0 && hearing::is_gone(thread)
     }
 
-    /// Removes the real-time priority of the thread: a thread that cannot be ended must neither starve others on its core nor keep the
+    /// Removes the real-time priority of the thread: a thread that cannot be aborted must neither starve others on its core nor keep the
     /// program from exiting.
     pub fn demote(&self) {
         let thread = self.thread.load(Ordering::Relaxed);
@@ -294,8 +294,8 @@ impl Containment {
         unsafe { libc::pthread_setschedparam(thread as libc::pthread_t, libc::SCHED_OTHER, &none) };
     }
 
-    /// Announces that this process will exit soon: the black box keeps `step` as the last step that ran, and the watchdog waits only for
-    /// a limited time.
+    /// Signals that this process will exit soon, so that the black box keeps `step` as the last step that ran, and the watchdog waits
+    /// only for a limited time.
     pub(crate) fn retire(&self, step: u32) {
         self.shared().step.store(step, Ordering::Relaxed);
         // Old enough that the watchdog's next poll finds an expired loop.
@@ -319,7 +319,7 @@ pub(crate) fn trust_code(of: *const c_void) {
 
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
-/// Returns the signal of an exceeded budget. Installs the handlers on the first call.
+/// Returns the number of the signal that reports an exceeded budget. Installs the handlers on the first call.
 pub(crate) fn budget_signal() -> i32 {
     match BUDGET_SIGNAL.load(Ordering::Relaxed) {
         0 => install(),
@@ -342,8 +342,8 @@ pub fn is_look_due() -> bool {
     IS_DUE.swap(false, Ordering::AcqRel)
 }
 
-/// Checks that all handlers are in place, and reinstalls them in front if they are not. Returns a description of the handlers that had
-/// replaced them. Not for the real-time path.
+/// Checks that all handlers are in place, and reinstalls them in front of any others if they are not. Returns a description of the
+/// handlers that had replaced them. Not for the real-time path.
 pub fn restore_handlers() -> Option<String> {
     let mut by = ptr::null();
     // SAFETY: asks for handlers, and writes an address of our own.

@@ -15,7 +15,7 @@ pub enum Aside {
 }
 
 /// The copies made by one step. The step loop treats the first word of every instance as `Header::number`; here it is 0, so `RUNNING` is
-/// never set and the containment never ends a copy.
+/// never set and the containment never aborts a copy.
 #[repr(C)]
 pub struct Copies(pub(crate) u64, pub Vec<(Cell, Cell)>);
 

@@ -17,7 +17,7 @@ pub struct Statistics {
     pub jitter_last_ns: u64,
     /// Maximum start latency.
     pub jitter_max_ns: u64,
-    /// Bin b counts values from 2^b to 2^(b+1) ns; the first also includes 0, the last also larger values.
+    /// Bin b counts values from 2^b to 2^(b+1) ns; the first also includes 0, the last also includes larger values.
     pub jitter_bins: [u64; 32],
     /// Duration of the last firing.
     pub duration_last_ns: u64,

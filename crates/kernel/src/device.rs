@@ -22,7 +22,7 @@ pub struct Device {
     pub(crate) engaged: Vec<AtomicBool>,
     pub(crate) standing: DeviceStanding,
     pub(crate) forcing: Forcing,
-    /// While set, every write outputs the safe values; the first one invokes the driver's safe state.
+    /// While set, every write outputs the safe values; the first such write calls the driver's `safe_state`.
     pub(crate) stop: OnceLock<Arc<AtomicBool>>,
     pub(crate) is_asking: AtomicBool,
     /// Sends requests to a remote device.
@@ -118,7 +118,7 @@ impl Device {
         *self.safe_handles.lock().expect("nobody panics with the lock held") = handles;
     }
 
-    /// Returns the device's state: whether it is lost, the requests of its channels, and how often their slew limits acted.
+    /// Returns the device's state: whether it is lost, the requests of its channels, and how often their slew limits took effect.
     pub fn standing(&self) -> &DeviceStanding {
         &self.standing
     }
@@ -136,7 +136,7 @@ impl Device {
     /// Returns the state that an exchange between two firings changes: the driver, the last outputs, and the readings for an heir.
     ///
     /// # Safety
-    /// No other thread accesses it: called by the kernel of its source, or while no kernel has the device in a table.
+    /// No other thread may access the state: call this only from the kernel of the device's source, or while no kernel has the device in a table.
     #[expect(clippy::mut_from_ref, reason = "the caller is the one that touches it")]
     pub unsafe fn service(&self) -> &mut Service {
         // SAFETY: the caller's word.
@@ -168,12 +168,12 @@ impl Device {
         self.engaged[channel].store(engaged, Ordering::Release);
     }
 
-    /// Returns how many times the slew limit of a channel acted.
+    /// Returns the number of times the slew limit of a channel took effect.
     pub fn slew_limited(&self, channel: usize) -> u64 {
         self.standing.limited[channel].load(Ordering::Relaxed)
     }
 
-    /// Makes every write output the safe values while `stop` is set; the first such write invokes the driver's safe state. The flag is
+    /// Makes every write output the safe values while `stop` is set; the first such write calls the driver's `safe_state`. The flag is
     /// set once in the lifetime of a device.
     pub fn obey(&self, stop: Arc<AtomicBool>) {
         // A second call would pass the same flag: a host has only one.
@@ -184,8 +184,8 @@ impl Device {
         self.stop.get().is_some_and(|stop| stop.load(Ordering::Acquire))
     }
 
-    /// Makes read channel `channel` request `what` whenever its value is not 0 (`at_zero`: whenever it is 0), starting with the next
-    /// reading.
+    /// Makes read channel `channel` request `what` whenever its value is not 0 (or, with `at_zero`, whenever it is 0), starting with the
+    /// next reading.
     pub fn ask(&self, channel: usize, what: Ask, at_zero: bool) {
         let asked = what;
         let what = if what == Ask::Stop { STOP } else { TELL };
@@ -201,13 +201,14 @@ impl Device {
         self.standing.asking[channel].now.load(Ordering::Acquire)
     }
 
-    /// Returns true if the channel made its request in any reading since `forget`.
+    /// Returns true if the channel made its request in any reading since the last `forget`.
     pub fn asked(&self, channel: usize) -> bool {
         self.standing.asking[channel].once.load(Ordering::Acquire)
     }
 
-    /// Forces a channel to the bytes of this word from the next exchange on, or no longer forces it. A forced command is written only while
-    /// the channel is claimed and no emergency stop is in force, and within the slew limit. Panics if the channel is longer than a word.
+    /// Forces a channel to the bytes of this word from the next exchange on; `None` ends the forcing. A forced command is written only
+    /// while the channel is claimed and no emergency stop is in force, and within the slew limit. Panics if the channel is longer than a
+    /// word.
     pub fn force(&self, channel: usize, value: Option<u64>) {
         assert!(self.channels[channel].len <= FORCED_LEN_MAX, "channel '{}' is too long to be forced", self.channels[channel].name);
         self.forcing.set(channel, value);
@@ -241,7 +242,7 @@ impl Device {
     /// Reads every channel.
     ///
     /// # Safety
-    /// Called only by the kernel of its source.
+    /// Must be called only by the kernel of the device's source.
     pub(crate) unsafe fn read(&self, release_ns: i64, tape: Option<&dyn Tape>) -> Result<(), DeviceError> {
         if self.is_lost() {
             return Ok(());
@@ -281,7 +282,7 @@ impl Device {
     /// `is_blind`: there are no valid readings (the device is lost or its source has stopped), which counts as a request.
     ///
     /// # Safety
-    /// As for `read`.
+    /// Same as for `read`.
     pub(crate) unsafe fn look(&self, is_blind: bool) -> bool {
         if !self.is_asking.load(Ordering::Acquire) {
             return false;
@@ -309,11 +310,11 @@ impl Device {
         changed
     }
 
-    /// Writes every channel: claimed ones as forced or stored, within their slew limits, the others with safe values. In the first write after an
-    /// emergency stop, the driver brings the device to its safe state instead.
+    /// Writes every channel: claimed ones as forced or stored, within their slew limits, the others with safe values. In the first write
+    /// after an emergency stop, the driver brings the device to its safe state instead.
     ///
     /// # Safety
-    /// As for `read`.
+    /// Same as for `read`.
     pub(crate) unsafe fn write(&self, release_ns: i64, tape: Option<&dyn Tape>) -> Result<(), DeviceError> {
         if self.is_lost() {
             return Ok(());
@@ -353,10 +354,10 @@ impl Device {
         self.checked(service, written)
     }
 
-    /// Stores the safe values of `channels`, frees them, and writes them immediately if the device is not lost.
+    /// Stores the safe values of `channels`, frees the channels, and writes the values immediately if the device is not lost.
     ///
     /// # Safety
-    /// As for `read`.
+    /// Same as for `read`.
     pub(crate) unsafe fn make_safe(&self, release_ns: i64, channels: &[u16], tape: Option<&dyn Tape>) -> Result<(), DeviceError> {
         // SAFETY: the caller is the one that touches it.
         let service = unsafe { &mut *self.service.get() };
@@ -380,7 +381,7 @@ impl Device {
     /// Brings all outputs to their safe state.
     ///
     /// # Safety
-    /// As for `read`.
+    /// Same as for `read`.
     pub(crate) unsafe fn safe_state(&self) {
         // SAFETY: the caller is the one that touches it.
         let service = unsafe { &mut *self.service.get() };
@@ -395,7 +396,7 @@ impl Device {
     /// Closes the driver. This is the last call by the device's kernel; other references to the device may exist much longer.
     ///
     /// # Safety
-    /// As for `service`.
+    /// Same as for `service`.
     pub unsafe fn close(&self) {
         // SAFETY: the caller is the one that touches it.
         unsafe { &mut *self.service.get() }.close();
@@ -405,7 +406,7 @@ impl Device {
         }
     }
 
-    /// Returns true if a channel of the device is claimed, so that stored values are written.
+    /// Returns true if a channel of the device is claimed, which means that stored values are written.
     pub fn is_commanded(&self) -> bool {
         self.engaged.iter().any(|engaged| engaged.load(Ordering::Acquire))
     }
@@ -413,7 +414,7 @@ impl Device {
     /// Brings the device to its safe state, and stops its reads and writes.
     ///
     /// # Safety
-    /// As for `read`.
+    /// Same as for `read`.
     pub(crate) unsafe fn lose(&self) {
         self.standing.lost.store(true, Ordering::Release);
         // SAFETY: the caller is the one that touches it.

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 /// Request that a read channel signals by its value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Ask {
-    /// Emergency stop: the outputs are safe from the write of the same firing on.
+    /// Emergency stop: makes the outputs safe, starting with the write of the same firing.
     Stop,
     /// Notifies the supervisor of each change; the kernel itself does nothing.
     Tell,
@@ -17,9 +17,9 @@ pub struct DeviceStanding {
     pub lost: AtomicBool,
     /// True if the device has been read since it was opened. Not reported for remote devices.
     pub read: AtomicBool,
-    /// Request of each channel: the value that triggers it, and whether it is currently made.
+    /// Request of each channel: the value that triggers it, and whether it is currently active.
     pub asking: Vec<Asking>,
-    /// Number of times the slew limit of each channel acted.
+    /// Number of times the slew limit of each channel took effect.
     pub limited: Vec<AtomicU64>,
     /// Number of calls of `Device::forget`.
     pub forgotten: AtomicU64,
@@ -31,7 +31,7 @@ impl DeviceStanding {
         DeviceStanding { lost: AtomicBool::new(false), read: AtomicBool::new(false), asking, limited, forgotten: AtomicU64::new(0) }
     }
 
-    /// Marks the device as reopened and not read yet.
+    /// Marks the device as reopened, but not yet read.
     pub fn found(&self) {
         for asking in &self.asking {
             let what = asking.what.load(Ordering::Acquire);
@@ -75,6 +75,6 @@ pub enum DeviceCall {
     Ask { channel: u32, what: Ask, at_zero: bool },
     /// Calls `Device::forget`.
     Forget { channel: u32 },
-    /// `Device::force`.
+    /// Calls `Device::force`.
     Force { channel: u32, value: Option<u64> },
 }

@@ -33,7 +33,7 @@ unsafe impl Send for Edge {}
 unsafe impl Sync for Edge {}
 
 impl Edge {
-    /// Watches read channel `channel` of `device`, a scalar. Panics if it is not a read channel.
+    /// Watches the scalar read channel `channel` of `device`. Panics if it is not a read channel.
     pub fn new(device: &Arc<Device>, channel: usize, number: Number, raises: SourceId) -> Arc<Edge> {
         assert!(device.channels()[channel].direction == device::Direction::Read, "only a channel that is read has edges");
         let cell = device.cell(channel);
@@ -44,7 +44,7 @@ impl Edge {
     /// Returns true if the channel has just changed from zero to non-zero. Called after each read of the device.
     ///
     /// # Safety
-    /// Called only by the kernel of the device's source.
+    /// Must be called only by the kernel of the device's source.
     pub(crate) unsafe fn rises(&self) -> bool {
         if self.device.is_lost() {
             return false;

@@ -16,18 +16,18 @@ pub enum Fault {
     Panic,
     /// An output was not finite; contains its item index.
     NonFinite(u8),
-    /// A signal (SIGSEGV, SIGFPE, SIGBUS, SIGILL, SIGTRAP, SIGABRT) inside block code: the source has stopped, its devices are safe.
+    /// A signal (SIGSEGV, SIGFPE, SIGBUS, SIGILL, SIGTRAP, SIGABRT) inside block code: the source has stopped, and its devices are safe.
     Signal(i32),
     /// The time budget was exceeded inside block code; the consequences are those of a signal.
     Budget,
     /// A signal (its number, or 0 for an exceeded budget) in code of a library that may hold a lock: the source has ended permanently,
     /// and its process can no longer be trusted.
     Lost(i32),
-    /// A C++ exception left the body; the `value` of the event is its message.
+    /// A C++ exception escaped the body; the `value` of the event is its message.
     Threw,
-    /// The body changed the floating-point control words. If the source has stopped, it is only known that one of its blocks did.
+    /// The body changed the floating-point control words. If the source has stopped, it is known only that one of its blocks did so.
     Floats,
-    /// The body called fork(): the child was ended, and the source stopped before it published anything of this firing.
+    /// The body called fork(): the child was terminated, and the source stopped before it published anything of this firing.
     Forked,
 }
 
@@ -62,7 +62,7 @@ pub enum Event {
     Stopped { source: SourceId, block: BlockId, process: u64, fault: Fault, time_ns: i64 },
     /// A block that does not return has blocked the signal that would abort it.
     Deaf { source: SourceId, time_ns: i64 },
-    /// The operating system ended the thread of the source, between two firings or during one.
+    /// The operating system terminated the thread of the source, between two firings or during one.
     Ended { source: SourceId, time_ns: i64 },
     /// Fault handlers had been replaced, as described by `text`; they have been reinstalled.
     Replaced { text: String, time_ns: i64 },
@@ -78,14 +78,14 @@ pub enum Event {
     Gone { source: SourceId, block: Option<BlockId>, message: String, time_ns: i64 },
     /// An end of a connection could not be created; nothing will arrive through it.
     Unconnected { writer: SourceId, reader: SourceId, message: String },
-    /// A timer was suspended for `late_ns`, together with its process or machine. `is_unattended`: this was longer than its outputs may
-    /// be unattended, so they were made safe.
+    /// A timer was suspended for `late_ns`, together with its process or machine. `is_unattended`: the suspension was longer than the
+    /// time for which its outputs may be unattended, so they were made safe.
     StoodStill { source: SourceId, late_ns: i64, is_unattended: bool, time_ns: i64 },
     /// Number of events that were lost because the queue was full.
     Lost { source: SourceId, count: u64 },
     /// A script was carried out at this boundary. The script is returned so that it can be freed, together with the captures of its
-    /// `Op::Capture`s, in order. It is not serialized (see `wire::EventAs`); the variant is last, because variants after a skipped one
-    /// would be renumbered.
+    /// `Op::Capture`s, in order. It is not serialized (see `runtime::encoding::EventAs`); the variant is last, because variants after a
+    /// skipped one would be renumbered.
     #[serde(skip)]
     Done { source: SourceId, script: Box<Script>, firing: u64, time_ns: i64, captured: Vec<u8> },
 }
@@ -98,11 +98,11 @@ pub(crate) struct QueuedEvent {
     pub(crate) captured_len: usize,
 }
 
-/// Maximum numbers of events pending at the supervisor, and of bytes of values and captures.
+/// Maximum number of events pending at the supervisor, and maximum number of bytes of their values and captures.
 const EVENTS: usize = 1024;
 const BYTES: usize = 256 * 1024;
 
-/// The source's end: sends events without waiting or allocating.
+/// The source's end of the event queue: sends events without waiting or allocating.
 pub struct Teller {
     events: Producer<QueuedEvent>,
     bytes: Producer<u8>,
@@ -135,7 +135,7 @@ impl Teller {
         self.lost += 1;
     }
 
-    /// Reports lost events, if there are any and the queue has space again. Returns true if it did.
+    /// Reports lost events, if there are any and the queue has space again. Returns true if it reported any.
     #[inline]
     pub(crate) fn tell_lost(&mut self, serials: &AtomicU64) -> bool {
         if self.lost == 0 || self.events.slots() < 2 {
@@ -151,7 +151,7 @@ impl Teller {
     }
 }
 
-/// The supervisor's end of one source.
+/// The supervisor's end of the event queue of one source.
 pub struct Listener {
     events: Consumer<QueuedEvent>,
     bytes: Consumer<u8>,

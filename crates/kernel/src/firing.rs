@@ -154,7 +154,7 @@ impl Kernel {
         }
     }
 
-    /// Counts the invocations that were due at skipped releases, so that their numbers are used up.
+    /// Counts the invocations that were due at skipped releases, so that the numbering advances past them.
     #[cold]
     fn count_missed(&mut self) {
         for (slot, activation) in self.table.activations.iter().enumerate() {

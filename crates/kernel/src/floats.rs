@@ -37,7 +37,7 @@ const WATCHED: u64 = 1 << 62;
 /// A block whose invocations are checked one by one.
 #[repr(C)]
 pub(crate) struct WatchedBlock {
-    /// Word by which the containment finds out whether the block may be ended: the address of its header, combined with [`WATCHED`].
+    /// Word from which the containment determines whether the block may be aborted: the address of its header, combined with [`WATCHED`].
     header: u64,
     call: Call,
     /// Cells to which the block may store; the first is the instance itself.
@@ -84,7 +84,7 @@ impl WatchedBlock {
 /// Entry of a watched block.
 ///
 /// # Safety
-/// `watched` is a [`WatchedBlock`] to which there is no other reference; `invocation` is valid.
+/// `watched` must be a [`WatchedBlock`] to which there is no other reference; `invocation` must be valid.
 pub unsafe extern "C" fn run(watched: *mut c_void, invocation: *const Invocation) -> u64 {
     // SAFETY: the table keeps what it watches, and calls each with its own; no other reference to it is alive.
     let watched = unsafe { &mut *watched.cast::<WatchedBlock>() };
@@ -100,8 +100,8 @@ pub unsafe extern "C" fn run(watched: *mut c_void, invocation: *const Invocation
     result
 }
 
-/// Runs `call` outside any firing (a trial, for example) with standard control words; also returns true if it changed them. Restores the
-/// caller's control words.
+/// Runs `call` outside any firing (a trial, for example) with standard control words. Returns its result, and true if it changed them.
+/// Restores the caller's control words.
 pub fn outside<R>(call: impl FnOnce() -> R) -> (R, bool) {
     let _standard = opengpac::floats::Standard::enter();
     let result = call();

@@ -23,7 +23,7 @@ pub(crate) struct Forcing {
 #[derive(Default)]
 struct ForcedChannel {
     is_forced: AtomicBool,
-    /// Bytes of the value, in the order of memory.
+    /// Bytes of the value, in memory order.
     value: AtomicU64,
 }
 
@@ -32,7 +32,7 @@ impl Forcing {
         Forcing { any: AtomicBool::new(false), channels: (0..channels).map(|_| ForcedChannel::default()).collect() }
     }
 
-    /// Forces a channel to these bytes, or no longer forces it.
+    /// Forces a channel to these bytes; `None` ends the forcing.
     pub fn set(&self, channel: usize, value: Option<u64>) {
         let of = &self.channels[channel];
         if let Some(value) = value {
@@ -66,7 +66,7 @@ impl Forcing {
 /// Returns the bytes of a value as the word that [`Device::force`](crate::Device::force) takes.
 ///
 /// # Panics
-/// If there are more than [`FORCED_LEN_MAX`] bytes.
+/// Panics if there are more than [`FORCED_LEN_MAX`] bytes.
 pub fn forced_word(bytes: &[u8]) -> u64 {
     let mut word = [0; FORCED_LEN_MAX];
     word[..bytes.len()].copy_from_slice(bytes);

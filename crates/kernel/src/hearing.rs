@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Test whether a thread that repeatedly fails to receive a signal blocks it, or merely had no core to run on.
+//! Test of whether a thread that repeatedly fails to receive a signal is blocking it, or merely had no core to run on.
 use std::sync::atomic::{AtomicI64, AtomicU32, Ordering};
 
 /// Number of signals after which a thread is checked; a thread that shares its core usually runs before that many have been sent.
@@ -29,7 +29,8 @@ impl Unheard {
         }
     }
 
-    /// Returns true if so many signals were not received that `thread` must be blocking them. A thread that `waits` for a core is not.
+    /// Returns true if `thread` has failed to receive so many signals that it must be blocking them. A thread that is waiting for a core,
+    /// as reported by `waits`, is not considered to block them.
     pub(crate) fn is_deaf(&self, thread: libc::pthread_t, waits: impl Fn(libc::clockid_t) -> bool) -> bool {
         if self.count.load(Ordering::Relaxed) <= UNHEARD_MAX {
             return false;
@@ -47,7 +48,7 @@ pub(crate) fn clock(thread: libc::pthread_t) -> Option<libc::clockid_t> {
     (unsafe { libc::pthread_getcpuclockid(thread, &mut clock) } == 0).then_some(clock)
 }
 
-/// Returns the processor time that a thread has used; `None` if it has exited.
+/// Returns the CPU time that a thread has used; `None` if it has exited.
 pub(crate) fn run_ns(thread: libc::pthread_t) -> Option<i64> {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: asks for a time.

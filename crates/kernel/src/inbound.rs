@@ -27,7 +27,7 @@ struct InboundState {
     waiting: Vec<WaitingValues>,
 }
 
-/// Values of one member that have arrived but were not taken yet: a ring of `DEPTH`.
+/// Values of one member that have arrived but have not been taken yet, in a ring of `DEPTH`.
 struct WaitingValues {
     bytes: Box<[u8]>,
     numbers: [u64; DEPTH],
@@ -74,7 +74,7 @@ impl<A: CountedInvocations> Inbound<A> {
     /// Drops the connection's carrier with its descriptors and threads; nothing is received afterwards.
     ///
     /// # Safety
-    /// The kernel of the reading source has ended.
+    /// The kernel of the reading source must have ended.
     pub unsafe fn sever(&self) {
         // SAFETY: nobody else touches it any more.
         unsafe { &mut *self.state.get() }.receiver = Box::new(Nowhere::default());
@@ -96,10 +96,10 @@ impl<A: CountedInvocations> Inbound<A> {
         self.late_ns.store(late_since_ns.map_or(0, |ns| ns.saturating_add(1)), Ordering::Relaxed);
     }
 
-    /// Copies the newest group into its cells, if there is a new one. Calls `midway` with half of it copied.
+    /// Copies the newest group into its cells, if there is a new one. Calls `midway` when half of it has been copied.
     ///
     /// # Safety
-    /// Called only by the kernel of the reading source.
+    /// Must be called only by the kernel of the reading source.
     pub(crate) unsafe fn latch(&self, now_ns: i64, midway: &mut dyn FnMut()) {
         // SAFETY: the caller is the one that touches it.
         let state = unsafe { &mut *self.state.get() };
@@ -120,7 +120,7 @@ impl<A: CountedInvocations> Inbound<A> {
     /// Latches the group without preemption points; used by real threads.
     ///
     /// # Safety
-    /// As for `latch`.
+    /// Same as for `latch`.
     #[inline]
     pub(crate) unsafe fn latch_at_once(&self, now_ns: i64) {
         // SAFETY: the caller is the one that touches it.
@@ -142,7 +142,7 @@ impl<A: CountedInvocations> Inbound<A> {
     /// Clears the held state of all members.
     ///
     /// # Safety
-    /// As for `latch`.
+    /// Same as for `latch`.
     pub(crate) unsafe fn release(&self) {
         // SAFETY: the caller is the one that touches it.
         unsafe { &mut *self.state.get() }.waiting.iter_mut().for_each(|waiting| waiting.held = false);
@@ -151,7 +151,7 @@ impl<A: CountedInvocations> Inbound<A> {
     /// Marks a member as held if an active reader has not yet taken its current value.
     ///
     /// # Safety
-    /// As for `latch`.
+    /// Same as for `latch`.
     pub(crate) unsafe fn hold(&self, member: usize, had: u64) {
         // SAFETY: the caller is the one that touches it.
         let waiting = &mut unsafe { &mut *self.state.get() }.waiting[member];
@@ -161,7 +161,7 @@ impl<A: CountedInvocations> Inbound<A> {
     /// Takes the rows that arrived, and the next value of each synchronous member that is not held.
     ///
     /// # Safety
-    /// As for `latch`.
+    /// Same as for `latch`.
     pub unsafe fn take(&self) {
         // SAFETY: the caller is the one that touches it.
         let state = unsafe { &mut *self.state.get() };
@@ -178,7 +178,7 @@ impl<A: CountedInvocations> Inbound<A> {
     /// `late` with each member whose value is missing.
     ///
     /// # Safety
-    /// As for `latch`.
+    /// Same as for `latch`.
     pub(crate) unsafe fn take_ratios(&self, now_ns: i64, late: &mut dyn FnMut(u32)) {
         // SAFETY: the caller is the one that touches it.
         let state = unsafe { &mut *self.state.get() };
@@ -213,18 +213,18 @@ impl<A: CountedInvocations> Inbound<A> {
     /// Returns the number of values of `member` taken so far.
     ///
     /// # Safety
-    /// As for `latch`.
+    /// Same as for `latch`.
     #[inline]
     pub(crate) unsafe fn sequence(&self, member: usize) -> u64 {
         // SAFETY: the caller is the one that touches it.
         unsafe { &*self.state.get() }.waiting[member].sequence
     }
 
-    /// Drops the pending values of all selected members together, so that none lags a row behind another: a reader that is switched on
-    /// takes no value that arrived earlier.
+    /// Drops the pending values of all selected members together, so that no member lags a row behind another. A reader that is switched
+    /// on therefore takes no value that arrived earlier.
     ///
     /// # Safety
-    /// As for `latch`.
+    /// Same as for `latch`.
     pub(crate) unsafe fn skip(&self, is_skipped: &dyn Fn(usize) -> bool) {
         // SAFETY: the caller is the one that touches it.
         let state = unsafe { &mut *self.state.get() };

@@ -68,7 +68,7 @@ fn layout(len: usize) -> Layout {
     Layout::from_size_align(len.max(1).next_multiple_of(LINE), LINE).expect("an image is far smaller than the address space")
 }
 
-/// Part of an extent, kept alive by its holder. Steps and scripts keep the cells that they access.
+/// Part of an extent, kept alive while it is held. Steps and scripts keep the cells that they access.
 #[derive(Clone)]
 pub struct Cell {
     extent: Arc<Extent>,

@@ -3,7 +3,7 @@
 
 /// An activation whose invocations are numbered.
 pub trait CountedInvocations {
-    /// Returns the run-time state of the activation. Only the kernel of its source uses the pointer.
+    /// Returns the run-time state of the activation. Only the kernel of its source may use the pointer.
     fn state(&self) -> *mut State;
 }
 
@@ -15,7 +15,7 @@ pub struct State {
     pub(crate) every: u32,
     /// Interval set at run time; 0 if the declared one applies.
     pub(crate) tuned: u32,
-    /// Next firing in which an interval is due.
+    /// Next firing in which the activation is due, if it has an interval.
     pub(crate) next: u64,
     /// Number of the current invocation if the activation is due in this firing, otherwise of the next one.
     pub number: u64,
@@ -32,7 +32,7 @@ pub struct State {
 /// Size of a stamp in bytes.
 pub const STAMP_LEN: usize = 24;
 
-/// Returns true if a ratio output n is stored by the invocation that follows `phase` others since activation. The output is stored by
+/// Returns true if a ratio output n is stored by invocation `phase` since activation, counted from 0. The output is stored by the
 /// invocations n, 2n, …, as in the entries of blocks.
 #[inline]
 pub fn stores(phase: u64, n: u32) -> bool {

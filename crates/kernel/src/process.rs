@@ -14,17 +14,17 @@ pub const CAPTURED_MAX: usize = 128 * 1024;
 
 /// Response of the kernel to a watched condition.
 pub enum Response {
-    /// A prepared local answer: runs the script in the same firing, after publication, and moves the process to `next` (`None`: the
+    /// A prepared local reaction: runs the script in the same firing, after publication, and moves the process to `next` (`None`: the
     /// process has ended; further conditions are only recorded). Reported to the supervisor by `Event::Condition`.
     React { script: Arc<dyn Reaction>, next: Option<u16> },
-    /// The process is frozen in its stage (no further condition acts), and the supervisor takes over.
+    /// The process is frozen in its stage, so that no further condition takes effect, and the supervisor takes over.
     Tell,
     /// The condition is remembered, so that a later stage whose `awaits` names it continues immediately; it is reported to the
     /// supervisor.
     Remember,
 }
 
-/// A prepared answer to a condition: a script, which the kernel carries out in the firing that reported the condition.
+/// A prepared reaction to a condition: a script, which the kernel carries out in the firing that reported the condition.
 pub trait Reaction: Any + Send + Sync {
     /// Returns the number of bytes captured by the reaction.
     fn captured_len(&self) -> usize;
@@ -41,7 +41,7 @@ pub struct Watch {
     pub item: u8,
     /// Index of the verb's termination condition that the watch represents, reported in the event; below 64 if it is remembered.
     pub condition: u16,
-    /// Priority: larger values first, then the order in this table.
+    /// Priority: larger values are served first; watches of equal priority are served in the order of this table.
     pub priority: i32,
     /// Response to the condition.
     pub response: Response,
@@ -56,14 +56,14 @@ impl Watch {
     }
 }
 
-/// Section of a command list between two waits, with the conditions watched meanwhile.
+/// Section of a command list between two waits, with the conditions watched in the meantime.
 pub struct Stage {
     /// Watches, in order of declaration.
     pub watches: Vec<Watch>,
 }
 
-/// A verb instance as the kernels see it. It may have steps in several sources. Kernel, supervisor and PS race on one word, (generation,
-/// stage, moved): the first one to move the process acts.
+/// A verb instance as the kernels see it. It may have steps in several sources. Kernel, supervisor and PS race to change one word
+/// (generation, stage, moved), and only the first one to move the process acts.
 pub struct Process {
     id: u64,
     created: u64,
@@ -106,8 +106,9 @@ pub enum TakeResult {
 }
 
 impl Process {
-    /// Creates a process. `created`: order of creation, which orders the conditions served in one firing. The stages may be set once,
-    /// later, because scripts refer to the process. The process starts in generation 0, stage 0, frozen until an `Op::Stage`.
+    /// Creates a process. `created`: order of creation, which determines the order in which conditions of one firing are served. The
+    /// stages may be set once, later, because scripts refer to the process. The process starts in generation 0, stage 0, frozen until an
+    /// `Op::Stage`.
     pub fn new(id: u64, created: u64) -> Arc<Process> {
         Process::at(id, created, Home::Here)
     }
@@ -139,7 +140,7 @@ impl Process {
                 Response::Tell => {}
             }
         }
-        assert!(self.stages.set(stages).is_ok(), "the stages of process {} were given before", self.id);
+        assert!(self.stages.set(stages).is_ok(), "the stages of process {} were already set", self.id);
     }
 
     /// Returns the process's identifier in events.
@@ -192,8 +193,8 @@ impl Process {
         self.change(|word| (word.acts() && word.generation == generation && word.stage == from).then_some(Word { stage: to, ..word })).is_some()
     }
 
-    /// Moves the process from generation `from` to the next, for the supervisor, frozen until an `Op::Stage`. Returns false if a kernel
-    /// was faster and froze or ended the process; the kernel's event reports this.
+    /// Moves the process from generation `from` to the next on behalf of the supervisor, and freezes it until an `Op::Stage`. Returns
+    /// false if a kernel was faster and froze or ended the process; the kernel's event reports this.
     pub fn claim(&self, from: u32) -> bool {
         self.change(|word| (word.generation == from && word.acts()).then_some(Word { generation: from + 1, stage: word.stage, flags: FROZEN | CLAIMED }))
             .is_some()
@@ -233,7 +234,7 @@ impl Process {
         self.stages.get().and_then(|stages| stages.get(usize::from(stage))).map_or(&[], |stage| &stage.watches)
     }
 
-    /// Returns the watch of `stage` for a condition, with its index: the first one in serving order.
+    /// Returns the first watch of `stage`, in serving order, for a condition, with its index.
     pub fn watch_of(&self, stage: u16, block: BlockId, item: u8) -> Option<(usize, &Watch)> {
         let lines = self.watches(stage).iter().enumerate().filter(|(_, watch)| watch.matches(block, item));
         lines.min_by_key(|(line, watch)| (Reverse(watch.priority), *line))
@@ -276,7 +277,7 @@ impl Process {
         self.remembered.fetch_or(1 << condition, Ordering::AcqRel);
     }
 
-    /// Returns the watch of `stage` for a condition that was reported before the stage was entered: the one to serve first.
+    /// Returns the first watch of `stage`, in serving order, whose condition was reported before the stage was entered.
     pub fn awaited(&self, stage: u16) -> Option<&Watch> {
         self.awaited_of(stage, self.remembered())
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The word of a process, for which kernel, supervisor and programming system race.
+//! The word of a process, which the kernel, the supervisor and the programming system race to change.
 
 /// Word of a process: generation 32 | stage 16 | flags 16.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -9,7 +9,7 @@ pub struct Word {
     pub(crate) flags: u16,
 }
 
-/// Flag: nothing acts until an `Op::Stage`.
+/// Flag: no condition takes effect until an `Op::Stage`.
 pub(crate) const FROZEN: u16 = 1;
 /// Flag: frozen by `claim`, which moved the process to the next generation; steps that still run belong to the previous one.
 pub(crate) const CLAIMED: u16 = 2;

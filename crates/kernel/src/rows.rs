@@ -45,7 +45,7 @@ impl RowsEnd {
     /// Prefetches the memory of the next row before the steps run.
     ///
     /// # Safety
-    /// Called only by the kernel of its source.
+    /// Must be called only by the kernel of the source that uses the ring.
     #[inline]
     pub(crate) unsafe fn expect(&self) {
         // SAFETY: the caller is the one that touches it.
@@ -55,7 +55,7 @@ impl RowsEnd {
     /// Writes one row of `spans`.
     ///
     /// # Safety
-    /// Called only by the kernel of its source.
+    /// Must be called only by the kernel of the source that uses the ring.
     #[inline]
     pub(crate) unsafe fn write(&self, number: u64, now_ns: i64, spans: &[Span]) {
         // SAFETY: the caller is the one that touches it.

@@ -29,7 +29,7 @@ pub struct TimeState {
     /// Clock time at which the running time was 0, while it runs; the running time itself, while it is paused.
     base_ns: i64,
     runs: bool,
-    /// Serving pass in which a condition of the process acted last.
+    /// Serving pass in which a condition of the process last took effect.
     pub(crate) moved: u64,
 }
 

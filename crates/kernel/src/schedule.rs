@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Activations: when sets of steps are due.
+//! Activations, which determine when sets of steps are due.
 use crate::memory::Cell;
 use crate::phase::{CountedInvocations, STAMP_LEN, State, stores};
 use crate::{connection, inbound};
@@ -16,14 +16,14 @@ pub type QueueMember = connection::QueueMember<Activation>;
 /// Rule that determines when the steps of an active activation are due.
 #[derive(Clone)]
 pub enum Due {
-    /// Due at the firings of its source whose number is a multiple of `every` (set by `Op::On`): an execution interval on a
-    /// timer (firing k releases at epoch + k · period), a trigger with `every` 1.
+    /// Due at the firings of its source whose number is a multiple of `every` (set by `Op::On`). On a timer, this is an execution
+    /// interval (firing k is released at epoch + k · period); on a trigger, `every` is 1.
     Interval,
     /// Due in the same firing as all of `by`, on every n-th of their invocations since they were activated (n > 1 only if driven by a
-    /// ratio output): blocks with synchronous inputs whose writers run in the same source.
+    /// ratio output). Used for blocks with synchronous inputs whose writers run in the same source.
     Driven { by: Vec<(Arc<Activation>, u32)> },
     /// Due when every one of these inbound queue members (connection, member) has a value that this activation has not taken yet, and all
-    /// of `by` are due as above.
+    /// of `by` are due as in `Driven`.
     Queued { members: Vec<(Arc<Inbound>, usize)>, by: Vec<(Arc<Activation>, u32)> },
 }
 
@@ -74,7 +74,7 @@ impl Activation {
         Self::with_budget(due, stamp, None)
     }
 
-    /// Creates an activation with a declared time budget for a firing of its steps, in ns of real time: the containment ends a firing
+    /// Creates an activation with a declared time budget for a firing of its steps, in ns of real time: the containment aborts a firing
     /// that takes longer. The default is ten periods of the source, but at least 100 ms (1 s under the virtual clock).
     pub fn with_budget(due: Due, stamp: Option<Cell>, budget_ns: Option<u64>) -> Arc<Activation> {
         if let Some(stamp) = &stamp {
@@ -89,10 +89,10 @@ impl Activation {
         *self.planned.lock().expect("nobody panics with the lock held") = due.clone();
     }
 
-    /// Puts `due` in force, with the sequence numbers that its members had taken; returns the previous ones.
+    /// Swaps the rule in force with `due`, and the sequence numbers of the values last taken from its members with `had`.
     ///
     /// # Safety
-    /// Called only by the kernel of its source.
+    /// Must be called only by the kernel of the activation's source.
     pub(crate) unsafe fn swap(&self, due: &mut Due, had: &mut Box<[u64]>) {
         // SAFETY: the caller is the one that touches both.
         unsafe {
@@ -104,7 +104,7 @@ impl Activation {
     /// Returns the rule in force.
     ///
     /// # Safety
-    /// Called only by the kernel of its source.
+    /// Must be called only by the kernel of the activation's source.
     pub(crate) unsafe fn due(&self) -> &Due {
         // SAFETY: the caller is the one that changes it.
         unsafe { &*self.due.get() }
@@ -132,7 +132,7 @@ impl Activation {
     /// been taken.
     ///
     /// # Safety
-    /// Called only by the kernel of its source.
+    /// Must be called only by the kernel of the activation's source.
     #[inline]
     pub(crate) unsafe fn decide(&self, firing: u64) -> bool {
         // SAFETY: the caller is the one that touches it.
@@ -197,7 +197,7 @@ fn skipped(state: &mut State, firing: u64) -> bool {
 /// Returns true if all of `by` are due.
 ///
 /// # Safety
-/// Called by the kernel of the source of all of `by`.
+/// Must be called by the kernel of the source of all of `by`.
 #[inline]
 unsafe fn all_due(state: &mut State, by: &[(Arc<Activation>, u32)]) -> bool {
     let mut due = true;

@@ -29,7 +29,8 @@ pub enum Op {
     /// Restores the initial state: the block's image as installed, except for states declared `keep` and for parameters, presets and
     /// sizes, which keep the values last stored. The invocation number becomes 0.
     Reset(Arc<Block>),
-    /// Makes the first block take over the states, outputs and invocation number of the second, which has the same code. Follows a reset.
+    /// Makes the first block take over the states, outputs and invocation number of the second, which runs the same code. Follows a
+    /// reset.
     Keep(Arc<Block>, Arc<Block>),
     /// Switches an activation on, due at firings that are multiples of `every` (1 for a driven one). Does nothing if it is already on
     /// with the same `every`: its instances, state and phase are kept.
@@ -38,8 +39,8 @@ pub enum Op {
     /// Not allowed in reactions.
     Follow { activation: Arc<Activation>, due: Box<Due>, had: Box<[u64]> },
     /// Sets the activation's interval to `every` firings, overriding `On`. Takes effect immediately if the activation is on: it is next
-    /// due at the first multiple after the last firing, so that no invocation is lost or doubled. 0 restores the interval of `On`, from
-    /// the next `On`.
+    /// due at the first multiple after the last firing, so that no invocation is lost or doubled. 0 restores the interval of `On`, with
+    /// effect from the next `On`.
     Tune(Arc<Activation>, u32),
     /// Switches the activation off.
     Off(Arc<Activation>),
@@ -55,9 +56,9 @@ pub enum Op {
     /// Forgets the remembered conditions of the process, because it moves to another list. Used in reactions; does nothing in other
     /// scripts.
     Forget,
-    /// Serves the conditions that the preceding `Execute`s reported. The rest of this script takes effect only if they did not move the
-    /// process, and it is in this generation and not frozen; thus a fault of the executed blocks prevents the start that follows. The
-    /// script is acknowledged in any case.
+    /// Serves the conditions that the preceding `Execute`s reported. The rest of this script takes effect only if these conditions did
+    /// not move the process, and the process is in this generation and not frozen. A fault of the executed blocks thus prevents the start
+    /// that follows. The script is acknowledged in any case.
     While { process: Arc<Process>, generation: u32 },
     /// Starts the running time of the process in this source at 0.
     StartClock(Arc<Process>),
@@ -94,7 +95,7 @@ pub trait Inheritance: Send + Sync {
     /// Resumes from the state in which the ended sources stopped.
     ///
     /// # Safety
-    /// Called only by the kernel of `source`, between two firings, after the previous sources have ended.
+    /// Must be called only by the kernel of `source`, between two firings, after the previous sources have ended.
     unsafe fn carry_out(&mut self, source: SourceId);
 }
 
@@ -109,7 +110,7 @@ pub trait Reopening: Send + Sync {
     /// Replaces the driver of the device.
     ///
     /// # Safety
-    /// Called only by the kernel of the device's source, or while the device has no source.
+    /// Must be called only by the kernel of the device's source, or while the device has no source.
     unsafe fn carry_out(&self);
 }
 
@@ -128,7 +129,7 @@ impl std::fmt::Debug for Script {
 }
 
 impl Script {
-    /// Returns the script of a prepared answer kept by a process.
+    /// Returns the script of a prepared reaction kept by a process.
     pub fn of(reaction: &dyn Reaction) -> &Script {
         (reaction as &dyn Any).downcast_ref().expect("nothing else is a reaction")
     }

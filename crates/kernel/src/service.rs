@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Driver and outputs of a device: used by the kernel of its source in every firing, and exchanged by the layers above between two
+//! Driver and outputs of a device: used by the kernel of its source in every firing, and replaced by the layers above between two
 //! firings.
 use crate::tape::Tape;
 use device::{DeviceError, Driver};
@@ -15,7 +15,7 @@ pub struct Service {
     pub out: Vec<u8>,
     /// True for each write channel that was claimed at the last write.
     pub(crate) engaged: Vec<bool>,
-    /// Readings of the driver while a channel is forced.
+    /// Unmodified readings of the driver while a channel is forced.
     pub(crate) unforced: Vec<u8>,
     /// True if a channel was forced at the last reading.
     pub(crate) was_forced: bool,
@@ -46,7 +46,7 @@ pub trait View: Send {
     /// Moves the driver and the last outputs of that device to its heir. `ahead_ns`: lead of the previous host's clock over the heir's.
     ///
     /// # Safety
-    /// The host of that device has ended.
+    /// The host of that device must have ended.
     unsafe fn give(&self, heir: &mut Service, ahead_ns: i64);
 }
 
@@ -69,7 +69,7 @@ impl Service {
         }
     }
 
-    /// Closes the device, once: brings it to its safe state, then closes the driver.
+    /// Closes the device unless it is already closed: brings it to its safe state, then closes the driver.
     pub(crate) fn close(&mut self) {
         if !std::mem::replace(&mut self.is_closed, true) {
             self.driver.safe_state();
@@ -85,7 +85,7 @@ pub struct LatestReading {
     gap_ns: AtomicI64,
 }
 
-/// Marks an unknown gap.
+/// Value for an unknown gap.
 const NO_GAP: i64 = -1;
 
 impl Default for LatestReading {

@@ -18,7 +18,7 @@ pub trait Server {
     /// Returns `moved` (true if a process was moved), or the recorded result if a record is played back.
     fn is_so(&self, moved: bool) -> bool;
 
-    /// Carries out a prepared answer; returns `None` if another party moved the process first.
+    /// Carries out a prepared reaction; returns `None` if another party moved the process first.
     fn react(&mut self, process: &Process, word: Word, reaction: &dyn Reaction, next: Option<u16>) -> Option<ConditionEffect>;
 
     /// Freezes `process` for the supervisor; returns `None` if another party moved it first.
@@ -38,8 +38,8 @@ pub enum ConditionEffect {
     Ended,
 }
 
-/// Applies the effect of a condition. `may_act`: no condition has moved the process yet; otherwise, this condition is only remembered, if
-/// a later stage awaits it.
+/// Applies the effect of a condition. `may_act`: true if no condition has moved the process yet; if false, this condition is only
+/// remembered, provided that a later stage awaits it.
 pub fn act(server: &mut impl Server, process: &Process, word: Word, watch: &Watch, may_act: bool) -> Option<ConditionEffect> {
     if may_act {
         return respond(server, process, word, watch);
@@ -88,7 +88,7 @@ pub struct Occurrence {
 }
 
 impl Occurrence {
-    /// Creates the occurrence of a condition that acts later than it was reported, in a stage that awaits it.
+    /// Creates the occurrence of a condition that takes effect later than it was reported, in a stage that awaits it.
     pub fn late(source: SourceId, process: &Process, word: Word, watch: &Watch, time_ns: i64) -> Occurrence {
         let block = watch.block.unwrap_or(BlockId(u32::MAX));
         Occurrence { source, process: process.id(), generation: word.generation, block, item: watch.item, fault: None, number: 0, time_ns }

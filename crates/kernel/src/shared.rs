@@ -70,11 +70,11 @@ pub struct Source {
     pub closing: AtomicBool,
     /// True if the source is ending and an heir takes over its devices.
     pub leaving: AtomicBool,
-    /// True if a block was ended in code of a library that may hold a lock: the source's thread runs no further step and does not exit.
+    /// True if a block was aborted in code of a library that may hold a lock: the source's thread runs no further step and does not exit.
     pub is_lost: AtomicBool,
     /// True if a block has blocked the budget signal in the source's thread.
     pub is_deaf: AtomicBool,
-    /// True if the operating system has ended the source's thread.
+    /// True if the operating system has terminated the source's thread.
     pub is_gone: AtomicBool,
     /// True once `is_deaf` or `is_gone` has been reported.
     pub is_told: AtomicBool,

@@ -71,7 +71,7 @@ impl Marks {
     /// did not fault.
     ///
     /// # Safety
-    /// Called only by the kernel of the table's source, while no step runs.
+    /// Must be called only by the kernel of the table's source, while no step runs.
     #[inline]
     pub(crate) unsafe fn stamp(&self, slot: usize, now_ns: i64, ran: Option<&[bool]>) {
         let Some(&(start, end)) = self.ranges.get(slot) else { return };

@@ -39,7 +39,7 @@ impl Kernel {
             // SAFETY: as above.
             unsafe { device.lose() };
             let message = format!(
-                "its source '{}' stood still for {:.1} s (its process or the machine was stopped), while its outputs kept their values; they are in their safe states now",
+                "its source '{}' was suspended for {:.1} s (its process or the machine was stopped), during which its outputs kept their values; they are in their safe states now",
                 self.source.spec.name,
                 late_ns as f64 * 1e-9
             );

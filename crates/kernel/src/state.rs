@@ -10,7 +10,7 @@ use crate::table::Table;
 use crate::tape::{Occasion, digest};
 use std::sync::Arc;
 
-/// The kernel of one source. Accessed only by the source's own thread or, under the virtual clock, by the single thread.
+/// The kernel of one source. Accessed only by the source's own thread or, under the virtual clock, by the only thread.
 pub struct Kernel {
     pub source: Arc<Source>,
     pub shared: Arc<HostState>,
@@ -105,7 +105,7 @@ impl Kernel {
         add(&self.source.counters.lost, 1);
     }
 
-    /// Wakes the supervisor and raised sources after firings and scripts. Makes the only system call, and only if one of them sleeps.
+    /// Wakes the supervisor and raised sources after firings and scripts. Makes a system call only if one of them sleeps.
     pub fn wake(&mut self) {
         if self.raised {
             self.raised = false;

@@ -15,7 +15,7 @@ pub enum StepKind {
     Block(Arc<Block>),
     /// Copies cells: for the gather or scatter of an array port, or for the delay of a ratio input within a source.
     Copy(Vec<(Cell, Cell)>),
-    /// Appends values stored by the block of an earlier step to their windows.
+    /// Appends the values stored by an earlier step's block to their windows.
     Append(Vec<Append>),
 }
 

@@ -33,7 +33,7 @@ impl EarlyEnd {
     }
 }
 
-/// Result of a step that was ended by a signal: an outcome that no entry returns, with the signal number in the bits above it (0 for an
+/// Result of a step that was aborted by a signal: an outcome that no entry returns, with the signal number in the bits above it (0 for an
 /// exceeded budget).
 pub(crate) const SIGNAL: u64 = outcome::SIGNAL;
 
@@ -108,7 +108,7 @@ fn answerable(table: &Table) -> Option<EarlyEnd> {
     blocks.max().map(|(_, index)| EarlyEnd { step: index as u32, at: None, result: FLOATS, is_lost: false })
 }
 
-/// Body of the contained loop. Accesses everything through raw pointers: a signal may end the loop inside any call of a block, and all
+/// Body of the contained loop. Accesses everything through raw pointers: a signal may abort the loop inside any call of a block, and all
 /// reports up to that point must be in memory.
 unsafe extern "C" fn body<P: Preempt>(frame: *mut c_void) {
     // SAFETY: `contained` passes its own frame.
@@ -131,7 +131,7 @@ unsafe extern "C" fn body<P: Preempt>(frame: *mut c_void) {
 /// Runs the hot loop. With `PROBED`, measures the duration of step `visited`; without it, the loop contains no probe code.
 ///
 /// # Safety
-/// `kernel` is that of the calling thread, and its table has been placed; no other thread accesses either.
+/// `kernel` must be that of the calling thread, and its table must have been placed; no other thread may access either.
 unsafe fn hot<P: Preempt, const PROBED: bool>(kernel: *mut Kernel, now_ns: i64, visited: u32, preempt: &P) {
     // SAFETY: the lengths are those of the table's own vectors, which do not change during a firing.
     unsafe {
@@ -175,7 +175,7 @@ unsafe fn hot<P: Preempt, const PROBED: bool>(kernel: *mut Kernel, now_ns: i64, 
     }
 }
 
-/// Aligns the following loop, of some 35 bytes, to a line of the instruction cache. An independent gain in C then takes 2.57 ns, compared
+/// Aligns the following loop, about 35 bytes long, to an instruction cache line. An independent gain in C then takes 2.57 ns, compared
 /// with 2.85 ns in a build whose loop crossed into the next line by one byte (decision 210).
 #[inline(always)]
 fn loop_in_one_line() {
@@ -188,7 +188,7 @@ fn loop_in_one_line() {
 /// function because inlining it would take a register from the loop over single steps.
 ///
 /// # Safety
-/// As for `hot`; the entry is one of these steps.
+/// Same as for `hot`; the entry must be that of these steps.
 #[inline(never)]
 unsafe fn together<const PROBED: bool>(kernel: *mut Kernel, stretch: Stretch, now_ns: i64, visited: u32) -> Option<u32> {
     // SAFETY: as for `hot`.
@@ -260,7 +260,7 @@ fn begin_careful(kernel: *mut Kernel, faulted: u32) {
     table.ran[faulted as usize] = false;
 }
 
-/// Settles a loop that a signal ended in step `at`, or that ran to completion: `Table::ran` then contains, for every step, true if it
+/// Settles a loop that a signal aborted in step `at`, or that ran to completion: `Table::ran` then contains, for every step, true if it
 /// stored its results.
 #[cold]
 pub(crate) fn settle_ended(kernel: &mut Kernel, at: Option<u32>) {
@@ -281,7 +281,7 @@ pub(crate) fn settle_ended(kernel: &mut Kernel, at: Option<u32>) {
 /// the durations of executed blocks, which the probe does not visit in any firing.
 ///
 /// # Safety
-/// As for `hot`.
+/// Same as for `hot`.
 #[cold]
 unsafe fn careful<P: Preempt>(kernel: *mut Kernel, from: u32, now_ns: i64, probes: bool, preempt: &P) {
     // SAFETY: as for `hot`.

@@ -106,7 +106,7 @@ pub struct ColdStep {
 #[derive(Clone, Copy)]
 pub(crate) struct Report {
     pub(crate) step: u32,
-    /// Result as in `abi::outcome`, or `SIGNAL` if the containment ended the step.
+    /// Result as in `abi::outcome`, or `SIGNAL` if the containment aborted the step.
     pub(crate) result: u64,
     pub(crate) now_ns: i64,
 }
@@ -251,7 +251,7 @@ impl Table {
                 Some(block)
             }
             StepKind::Copy(cells) => {
-                assert!(cells.iter().all(|(from, to)| from.len() == to.len()), "a copy goes between cells of one length");
+                assert!(cells.iter().all(|(from, to)| from.len() == to.len()), "a copy needs two cells of the same length");
                 let copies = Box::new(Copies(0, cells));
                 self.calls.push(Call { run: copy, instance: ptr::from_ref::<Copies>(&copies).cast_mut().cast(), invocation: ptr::null() });
                 aside = Aside::Copy(self.copies.len() as u32);
@@ -274,7 +274,7 @@ impl Table {
         }
     }
 
-    /// Indexes the strips of each activation, so that switching one does not visit the strips of others.
+    /// Indexes the strips of each activation, so that switching one activation does not have to visit the strips of the others.
     fn index_strips(&mut self, activations: usize) {
         let mut of: Vec<Vec<u32>> = vec![Vec::new(); activations];
         self.strips.iter().zip(0..).for_each(|(strip, index)| of[strip.slot as usize].push(index));
@@ -357,7 +357,7 @@ impl Table {
     /// Runs one step and measures its duration.
     ///
     /// # Safety
-    /// As for the hot loop: a step of the table that is in force, called by the kernel of its source.
+    /// Same as for the hot loop: the step must belong to the table in force, and the caller must be the kernel of its source.
     #[inline(never)]
     pub(crate) unsafe fn run_timed(table: *mut Table, step: u32) -> u64 {
         // SAFETY: the caller's.

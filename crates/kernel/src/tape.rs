@@ -16,8 +16,8 @@ pub enum Occasion {
     Restart,
 }
 
-/// Records each external answer in the order of the queries, or plays back the recorded ones. Called only by its source's kernel;
-/// real-time safe.
+/// Records the answer to each external query, in order, or plays back the recorded answers. Called only by its source's kernel; real-time
+/// safe.
 pub trait Tape: Send + Sync {
     /// Begins the segment of one firing, script or restart.
     fn begin(&self);
@@ -49,7 +49,7 @@ pub trait Tape: Send + Sync {
     }
 }
 
-/// Continues a digest with more bytes, eight at a time, so that it is cheap enough for every firing.
+/// Extends a digest by more bytes, eight at a time, so that it is cheap enough for every firing.
 #[inline]
 pub fn digest(mut of: u64, bytes: &[u8]) -> u64 {
     let (words, rest) = bytes.as_chunks::<8>();

@@ -21,14 +21,14 @@ impl Visits {
         Visits { turn: 0, strips: first.map(|first| Visit { turn: 0, next: first.unwrap_or(OUTSIDE) }).collect() }
     }
 
-    /// Returns the due strip that has not been visited for the longest time, and its next block, so that a strip that is seldom due is
-    /// visited when it is. Returns `None` if no block is due.
+    /// Returns the due strip that has not been visited for the longest time, and its next block, so that even a strip that is rarely due
+    /// is visited. Returns `None` if no block is due.
     pub(crate) fn due(&self, due: impl Fn(usize) -> bool) -> Option<(usize, u32)> {
         let due = self.strips.iter().enumerate().filter(|(strip, visit)| visit.next != OUTSIDE && due(*strip));
         due.min_by_key(|(_, visit)| visit.turn).map(|(strip, visit)| (strip, visit.next))
     }
 
-    /// Records the visit of strip `strip` in this turn; `next` is its block for the next visit.
+    /// Records the visit of strip `strip` in this turn; `next` is the block to visit next.
     pub(crate) fn visited(&mut self, strip: usize, next: u32) {
         self.turn += 1;
         self.strips[strip] = Visit { turn: self.turn, next };

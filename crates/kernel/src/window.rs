@@ -15,7 +15,7 @@ pub struct Window {
 }
 
 impl Window {
-    /// Creates a window in `cell`. Panics unless its length is a multiple of `len`, the length of a value.
+    /// Creates a window in `cell`. Panics unless the cell's length is a multiple of `len`, the length of a value.
     pub fn new(cell: Cell, len: usize) -> Window {
         assert!(len > 0 && !cell.is_empty() && cell.len().is_multiple_of(len), "a window of {} bytes does not hold values of {len}", cell.len());
         Window { cell, len }

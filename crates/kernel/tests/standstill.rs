@@ -82,7 +82,7 @@ fn what_is_commanded_is_safe_and_lost_and_what_is_not_goes_on() {
     claimed.stands_still.store(1, Ordering::SeqCst);
     let (device, message) = await_event(&host, |event| if let Event::DeviceLost { device, message, .. } = event { Some((device, message)) } else { None });
     assert_eq!(device, "claimed");
-    assert!(message.starts_with("its source 'fast' stood still for ") && message.ends_with("they are in their safe states now"), "{message}");
+    assert!(message.starts_with("its source 'fast' was suspended for ") && message.ends_with("they are in their safe states now"), "{message}");
     assert!(kept[0].is_lost() && !kept[1].is_lost());
     assert_eq!([&claimed, &free].map(|counts| counts.safe.load(Ordering::SeqCst)), [1, 0]);
     let (late_ns, is_unattended) =

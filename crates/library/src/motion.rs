@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Motion of several joints from any state: common part of the motion generators.
+//! Motion of several joints from any state, shared by the motion generators.
 //!
-//! From rest, the joints move along a straight line in joint space: one coordinate runs from 0 to 1, with the maximum speed, acceleration
-//! and jerk that all joints' limits allow. From a moving state, each joint has a motion of its own, and joints that would arrive earlier
+//! From rest, the joints move along a straight line in joint space: one coordinate runs from 0 to 1, with the highest speed, acceleration
+//! and jerk that the limits of all joints allow. From a moving state, each joint has its own motion, and joints that would arrive earlier
 //! are slowed down, so that all arrive together if they can. Either motion can be replanned at any time from its current state: for a new
 //! goal, a different speed, or a stop.
 use crate::online::{Profile, State};
@@ -23,7 +23,7 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Creates a motion with the joints in these states; they are not braked before a motion is planned.
+    /// Creates a motion with the joints in these states; they are not braked until a motion is planned.
     pub fn of(states: &[State]) -> Motion {
         let mut motion = Motion { joints: states.len(), ..Motion::default() };
         for (profile, state) in motion.profiles.iter_mut().zip(states) {

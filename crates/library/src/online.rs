@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Motion of one coordinate from any state to rest at a goal, within limits of speed, acceleration and jerk.
 //!
-//! A *change of speed* has three phases: jerk, constant acceleration, and the opposite jerk; its numbers have a closed form. A motion is
-//! a change from the current speed to a speed v, a segment at v, and a change from v to rest (Haschke, Weitnauer and Ritter, *On-line
-//! planning of time-optimal, jerk-limited trajectories*, 2008). If stopping immediately would end short of the goal, v is directed
-//! towards it, otherwise away from it. v is the maximum that the limit and the distance allow; if there is no segment at v, it is found
-//! by bisection, because the distance then increases with v. A motion from rest takes the shortest possible time. A motion from a moving
+//! A *change of speed* has three phases: jerk, constant acceleration, and the opposite jerk; it has a closed form. A motion is a change
+//! from the current speed to a speed v, a segment at v, and a change from v to rest (Haschke, Weitnauer and Ritter, *On-line planning of
+//! time-optimal, jerk-limited trajectories*, 2008). If stopping immediately would end short of the goal, v is directed towards it,
+//! otherwise away from it. v is the maximum that the limit and the distance allow; if there is no segment at v, it is found by bisection,
+//! which works because the distance then increases with v. A motion from rest takes the shortest possible time. A motion from a moving
 //! state may take longer if it is about to stop before its goal, because it never speeds up again while braking.
 //!
 //! The state may be beyond the limits (if a lower speed was requested): the motion then first returns to the limits, and stays within
@@ -87,7 +87,7 @@ impl Profile {
         Profile { start: state, phases, end: state.position + change.way, end_velocity: 0.0 }
     }
 
-    /// Returns the motion that comes to rest at `goal`. All limits are positive and all numbers finite, as checked by the caller.
+    /// Returns the motion that comes to rest at `goal`. The caller must have checked that all limits are positive and all numbers finite.
     pub fn to(state: State, goal: f64, limits: Limits) -> Profile {
         match Course::new(state, goal, limits) {
             None => Profile { end: goal, ..Profile::stop(state, limits) },
@@ -106,8 +106,8 @@ impl Profile {
         }
     }
 
-    /// Passes `goal`, which lies ahead, without acceleration: at the speed `wanted`, or as near to it as the distance allows, but never
-    /// above `most`. Returns `None` if the distance is too short for slowing down to `most`.
+    /// Returns the motion that passes `goal`, which lies ahead, without acceleration: at the speed `wanted`, or as near to it as the
+    /// distance allows, but never above `most`. Returns `None` if the distance is too short to slow down to `most`.
     pub fn passing(state: State, goal: f64, wanted: f64, most: f64, limits: Limits) -> Option<Profile> {
         let way = goal - state.position;
         let to = |speed: f64| change(state.velocity, state.acceleration, speed, limits);
@@ -146,7 +146,7 @@ impl Profile {
         self.end_velocity
     }
 
-    /// Returns the state at `time_s` after the start: exactly that of the end from the duration on.
+    /// Returns the state at `time_s` after the start; after the duration has elapsed, this is exactly the end state.
     pub fn at(&self, time_s: f64) -> State {
         if time_s >= self.duration_s() {
             return State { position: self.end, velocity: self.end_velocity, acceleration: 0.0 };
@@ -162,7 +162,7 @@ impl Profile {
     }
 }
 
-/// Distance to the goal beyond the stopping point of an immediate stop, with the sign for which it is positive.
+/// Distance from the point where an immediate stop would end to the goal, and the direction in which it is positive.
 struct Course {
     state: State,
     goal: f64,

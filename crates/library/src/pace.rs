@@ -43,7 +43,8 @@ pub fn allowed(own: &[f64], cell: &[f64]) -> Option<f64> {
     Some(least(own)? * least(cell)?)
 }
 
-/// Updates `most`, the longest single loss of time so far, s. Returns true if the loss exceeds the minimum of these bounds.
+/// Updates `most`, the longest time lost in a single gap so far, s. Returns true if the time lost now exceeds the minimum of these
+/// bounds.
 pub fn note_lost(passed: ElapsedTime, bounds: &[f64], most: &mut f64) -> bool {
     if passed.lost_ns == 0 {
         return false;

@@ -121,8 +121,8 @@ pub fn duration_s(coefficients: &Coefficients) -> f64 {
     coefficients[DURATION]
 }
 
-/// Computes the position and speed of each joint at `time_s`. Before time 0, the joints are at the start; from the duration on, they are
-/// exactly at the goal.
+/// Computes the position and speed of each joint at `time_s`. Before time 0, the joints are at the start; after the duration has elapsed,
+/// they are exactly at the goal.
 pub fn evaluate(coefficients: &Coefficients, time_s: f64, position: &mut [f64], speed: &mut [f64]) {
     let ended = time_s >= coefficients[DURATION];
     let (s, rate) = if ended { (1.0, 0.0) } else { path(coefficients, time_s.max(0.0)) };

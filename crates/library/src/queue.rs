@@ -1,14 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Queue of moves of an arm: a path in space, and a motion along it.
 //!
-//! The path is geometry only: lines in joint space, courses of the tool, and blends of continuous curvature, all as polynomials of the
-//! joints by a path coordinate ([`span`]). When a move is appended, its pieces get scalar limits such that any state of the path
-//! coordinate within them keeps every joint within its own limits ([`law`]), and a pass backward gives the speed at each boundary from
-//! which the end of the path can be reached. The motion is a jerk-limited state of the path coordinate ([`run`]). Overrides, pauses and
-//! steps back change this state and never the path, so the path is the same however it is travelled.
+//! The path is geometry only: lines in joint space, courses of the tool, and blends of continuous curvature, all as polynomials that give
+//! the joints as functions of a path coordinate ([`span`]). When a move is appended, its pieces receive scalar limits such that any state
+//! of the path coordinate within them keeps every joint within its own limits ([`law`]), and a backward pass computes the speed at each
+//! boundary from which the motion can still come to rest at the end of the path. The motion is a jerk-limited state of the path
+//! coordinate ([`run`]). Overrides, pauses and steps back change this state and never the path, so the path is the same however it is
+//! travelled.
 //!
-//! A change of speed ends at the boundary of two pieces: there the acceleration of the path coordinate is 0. Memory is fixed: moves that
-//! do not fit wait until others have passed.
+//! A change of speed ends at the boundary of two pieces, because the acceleration of the path coordinate is 0 there. Memory is fixed:
+//! moves that do not fit wait until others have been completed.
 mod abort;
 mod append;
 mod blend;
@@ -32,13 +33,13 @@ use span::{Joints, Span};
 pub const SPANS_MAX: usize = 256;
 pub const PIECES_MAX: usize = 128;
 pub const SPANS_OF_MOVE: usize = 32;
-/// Number of moves that wait to be taken into the path.
+/// Maximum number of moves that wait to be appended to the path.
 pub const WAITING_MAX: usize = 16;
-/// Kind of a row that says that no further moves come.
+/// Kind of a row that ends the queue: no further moves follow it.
 pub const CLOSE: i32 = 3;
-/// Mode of a move that replaces those before it.
+/// Mode of a move that replaces the moves before it.
 pub const ABORTING: i32 = 2;
-/// Number of moves whose ends are kept.
+/// Number of moves whose ends are recorded.
 pub const ENDS_MAX: usize = 32;
 
 /// A request for a move.
@@ -47,25 +48,25 @@ pub const ENDS_MAX: usize = 32;
 pub struct QueuedMove {
     /// 1, 2, …
     pub number: i64,
-    /// 0: the joints on a straight line in joint space; 1: the tool on a straight line; 2: the tool on an arc; 3: no move, and no further
-    /// ones come.
+    /// 0: the joints move on a straight line in joint space; 1: the tool moves on a straight line; 2: the tool moves on an arc; 3: no
+    /// move, and no further moves follow.
     pub kind: i32,
-    /// 0: after the move before has come to rest (buffered); 1: blended with it (blending); 2: instead of what remains of the path, which
-    /// the motion leaves as soon as it can (aborting).
+    /// 0: starts after the previous move has come to rest (buffered); 1: is blended with the previous move (blending); 2: replaces the
+    /// rest of the path, which the motion leaves as soon as it can (aborting).
     pub mode: i32,
     /// Orientation of an arc: 0 via, 1 goal, 2 path.
     pub orientation: i32,
-    /// Unit of `blend`: 0 share of the way, 1 rad (or m) of the joint that moves furthest, 2 m of the tool, 3 rad of its orientation.
+    /// Unit of `blend`: 0 fraction of the move, 1 rad (or m) of the joint that moves furthest, 2 m of the tool, 3 rad of its orientation.
     pub blend_unit: i32,
-    /// Radius of the blend with the move that follows; 0: none.
+    /// Radius of the blend with the next move; 0: no blend.
     pub blend: f64,
-    /// Angle of an arc, rad; 0: to the goal.
+    /// Angle of an arc, rad; 0: the arc ends at the goal.
     pub angle: f64,
     /// Time from rest to rest, s; 0: as fast as the limits allow.
     pub duration: f64,
-    /// Goal of the joints, rad or m.
+    /// Goal positions of the joints, rad or m.
     pub joints: Joints,
-    /// Goal of the tool, and a pose on an arc to it.
+    /// Goal of the tool, and a pose through which an arc passes.
     pub pose: Numbers,
     pub via: Numbers,
     /// Speed and acceleration of each joint.
@@ -74,43 +75,43 @@ pub struct QueuedMove {
     /// Speed, acceleration and jerk of the tool's position, m/s, m/s², m/s³, and of its orientation, rad/s, rad/s², rad/s³.
     pub linear: [f64; 3],
     pub angular: [f64; 3],
-    /// Outputs that are switched on the way, in the order of their places.
+    /// Outputs that are switched during the move, in the order of their positions.
     pub marks: [MarkWish; MARKS_OF_MOVE],
 }
 
-/// Moves that wait, and where the motion rests on its path.
+/// Waiting moves, and the point at which a single step comes to rest.
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
 pub struct QueuedMoves {
-    /// 1: the motion rests behind `until` moves, from either side (a single step).
+    /// 1: the motion comes to rest after `until` moves, from either direction (a single step).
     pub stepping: i64,
     pub until: i64,
     /// The move with number k is in row k modulo 16.
     pub rows: [QueuedMove; WAITING_MAX],
 }
 
-/// Reason why a blend is smaller than requested, or missing.
+/// Reason why a blend is smaller than requested, or absent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shrunk {
     /// The blend is as requested.
     No = 0,
-    /// A blend takes at most half of its move.
+    /// The blend is limited to half of its move.
     HalfOfMove = 1,
-    /// A blend takes at most half of the move that follows.
+    /// The blend is limited to half of the next move.
     HalfOfNext = 2,
-    /// The arm was too near to the corner when the next move came.
+    /// The arm was already too near to the corner when the next move arrived.
     Late = 3,
     /// A larger blend would have taken longer than a stop.
     Slower = 4,
-    /// The move that follows is not blended, or there is none.
+    /// The next move is not blended, or there is none.
     Stopped = 5,
     /// A larger blend would have left the range of a joint.
     Range = 6,
-    /// The move, or the rest of it, was replaced by a later one.
+    /// The move, or the rest of it, was replaced by a later move.
     Aborted = 7,
 }
 
-/// End of a move.
+/// Record of the end of a move.
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
 pub struct MoveEnd {
@@ -118,59 +119,61 @@ pub struct MoveEnd {
     pub number: i64,
     /// Fraction of the requested radius that was blended, 0 to 1.
     pub kept: f64,
-    /// Reason, in the numbers of [`Shrunk`].
+    /// Reason, as the number of a [`Shrunk`].
     pub reason: i64,
 }
 
-/// Progress of a queue of moves. It has no padding, whose bytes would differ between a run and its replay.
+/// Progress of a queue of moves. It has no padding, because padding bytes would differ between a run and its replay.
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
 pub struct QueueProgress {
-    /// Number of the move in which the set-point is; a blend belongs to the move before up to its middle, then to the next one.
+    /// Number of the move that contains the set-point; the first half of a blend belongs to the earlier move, the second half to the
+    /// later one.
     pub number: i64,
     /// Completed fraction of that move, 0 to 1.
     pub fraction: f64,
-    /// Number of the last move that was taken from the waiting ones.
+    /// Number of the last move that was taken from the waiting moves.
     pub taken: i64,
-    /// Number of a move that was refused, or 0; the reason, and its value, in the numbers of [`Refusal::numbers`].
+    /// Number of a refused move, or 0; the reason and its value are those of [`Refusal::numbers`].
     pub refused: i64,
     pub reason: i64,
     pub value: f64,
-    /// Maximum time lost at once, s.
+    /// Longest time lost in a single gap, s.
     pub lost: f64,
     /// 1: the set-point is at rest.
     pub resting: i64,
-    /// Number of completed moves at which the motion rests, as it was taken from the input.
+    /// Number of completed moves at which the motion comes to rest, as read from the input.
     pub until: i64,
-    /// Outputs that were switched, and those that are on; output i is bit i - 1.
+    /// Bit masks of the outputs that have been switched, and of the outputs that are on; output i is bit i - 1.
     pub switched: i64,
     pub on: i64,
-    /// Ends of the last moves; that of move k is in row k modulo 32.
+    /// Ends of the most recent moves; the end of move k is in row k modulo 32.
     pub ends: [MoveEnd; ENDS_MAX],
 }
 
-/// Reason why a move cannot be appended. Nothing has changed then.
+/// Reason why a move cannot be appended. In that case, nothing has changed, except that an aborting move may already have ended the path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Refusal {
-    /// There is no room before other moves have passed.
+    /// There is not enough space until other moves have been completed, or an aborting move cannot end the path now: the motion runs
+    /// backwards, or no suitable end lies ahead of it.
     Full,
     /// The goal is out of reach; the value is the distance, m.
     Unreachable(f64),
     /// The move leaves the range of this joint.
     Limit(i32),
-    /// The arm comes so near to a singularity that only this fraction of the speed is possible.
+    /// The arm comes so close to a singularity that only this fraction of the speed is possible.
     Singular(f64),
-    /// Three poses define no arc; the value is the number of the reason.
+    /// The three poses do not define an arc; the value is the number of the reason.
     NoArc(i32),
-    /// The move cannot be made in its duration; the value is the minimum one, s.
+    /// The move cannot be completed within its duration; the value is the minimum duration, s.
     TooShort(f64),
-    /// A number of the move is not finite, or a limit is not above 0.
+    /// A value of the move is not finite, or a limit is not above 0.
     Bad,
 }
 
 impl Refusal {
     /// Returns the number of the reason and its value: 1 unreachable (m), 2 limit (joint), 3 singular (fraction of the speed), 4 no arc
-    /// (the reason, as in `arc_planner`), 5 too short a duration (the minimum one, s), 0 others.
+    /// (the reason, as in `arc_planner`), 5 duration too short (the minimum duration, s), 0 any other reason.
     pub fn numbers(&self) -> (i64, f64) {
         match self {
             Refusal::Unreachable(distance) => (1, *distance),
@@ -193,13 +196,13 @@ impl From<Obstacle> for Refusal {
     }
 }
 
-/// A piece of the path with limits of its own: a move without its blends, or half of a blend.
+/// A piece of the path with its own limits: a move without its blends, or half of a blend.
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
 pub struct Piece {
     /// Number of the move to which it belongs.
     pub number: i64,
-    /// Number of its first span, and how many there are.
+    /// Number of its first span, and the number of its spans.
     pub first: i64,
     pub spans: i64,
     /// Length in the path coordinate.
@@ -208,15 +211,15 @@ pub struct Piece {
     pub speed: f64,
     pub acceleration: f64,
     pub jerk: f64,
-    /// Maximum speed at its end on the way forward, and at its start on the way back.
+    /// Maximum speed at its end when the motion runs forwards, and at its start when it runs backwards.
     pub exit: f64,
     pub entry: f64,
     /// 1: the motion comes to rest at its end, where the path has a corner.
     pub stops: i64,
-    /// Fraction of the move at its start and at its end.
+    /// Fractions of the move at the start and at the end of the piece.
     pub from: f64,
     pub to: f64,
-    /// Maximum acceleration of the tool, m/s² (0: none), and of each joint, for a blend that leaves the piece.
+    /// Maximum acceleration of the tool, m/s² (0: no limit), and of each joint, for a blend that leaves the piece.
     pub linear: f64,
     pub joints: Joints,
 }
@@ -233,15 +236,15 @@ pub struct Tip {
     pub blend: f64,
     /// Length in the path coordinate of 1 m (or rad) of a course.
     pub scale: f64,
-    /// Maximum speed of the path coordinate that was requested.
+    /// Requested maximum speed of the path coordinate.
     pub speed: f64,
-    /// Maximum acceleration of the tool, m/s²; 0: none.
+    /// Maximum acceleration of the tool, m/s²; 0: no limit.
     pub linear: f64,
     /// Maximum acceleration of each joint.
     pub acceleration: Joints,
 }
 
-/// The path: spans and pieces in rings, addressed by numbers that only grow.
+/// The path: ring buffers of spans and pieces, addressed by numbers that only increase.
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
 pub struct QueuedPath {
@@ -249,27 +252,27 @@ pub struct QueuedPath {
     pub joints: i64,
     pub spans: [Span; SPANS_MAX],
     pub pieces: [Piece; PIECES_MAX],
-    /// Spans of a move before it is appended.
+    /// Spans of a move that has not been appended yet.
     pub draft: [Span; SPANS_OF_MOVE],
     pub first_span: i64,
     pub end_span: i64,
     pub first_piece: i64,
     pub end_piece: i64,
     pub tip: Tip,
-    /// Joints where the path ends.
+    /// Joint positions at the end of the path.
     pub end: Joints,
-    /// Places at which outputs are switched, in a ring, and the state of the outputs before the first of them.
+    /// Marks at which outputs are switched, in a ring buffer, and the state of the outputs before the first of them.
     pub marks: [Mark; MARKS_MAX],
     pub first_mark: i64,
     pub end_mark: i64,
     pub switched: i64,
     pub on: i64,
-    /// Ends of the last moves; that of move k is at k modulo their number.
+    /// Ends of the most recent moves; the end of move k is at index k modulo their number.
     pub ends: [MoveEnd; ENDS_MAX],
 }
 
 impl QueuedPath {
-    /// Empties the path; it begins with `n` joints at `q`.
+    /// Clears the path; it then begins with `n` joints at `q`.
     pub fn clear(&mut self, q: &Joints, n: usize) {
         self.joints = n as i64;
         (self.first_span, self.end_span, self.first_piece, self.end_piece) = (0, 0, 0, 0);

@@ -76,7 +76,7 @@ pub struct Spline {
     wary: u32,
     /// Speed declared by the set-point, per invocation; 0 if it declares none.
     declared: f64,
-    /// Speed and direction declared by the set-point in force, per invocation; 0 if it declares none.
+    /// Speed and direction declared by the current set-point, per invocation; 0 if it declares none.
     heading: f64,
     /// Number of invocations by which the set-point is younger than the previous one; 0 if that is not known.
     apart: f64,
@@ -101,7 +101,8 @@ struct CatchingUp {
 }
 
 impl CatchingUp {
-    /// Records a new set-point at a distance of `way` from the previous one, made `span` invocations after it, and the lost ones.
+    /// Records a new set-point at a distance of `way` from the previous one, generated `span` invocations after it, and the lost
+    /// invocations.
     fn note(&mut self, way: f64, span: f64) {
         self.speed = self.speed.max(way.abs() / (span + self.lost));
         self.pace = way / span;
@@ -204,7 +205,8 @@ impl Spline {
         if is_over { even } else { towards * reached }
     }
 
-    /// Returns where the set-points come to rest if they brake now within the acceleration; without a declared speed, where they are.
+    /// Returns the position at which the set-points come to rest if they brake now within the acceleration; without a declared speed,
+    /// their current position.
     fn stop_of_setpoints(&self, towards: f64, bounds: Bounds) -> f64 {
         let speed = (towards * self.heading).max(0.0);
         if speed == 0.0 {

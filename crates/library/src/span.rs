@@ -23,7 +23,8 @@ pub struct ElapsedTime {
     pub lost_ns: i64,
 }
 
-/// Maximum loss, in cycles, that does not count as a gap, so that a source that is always slightly late stays correct.
+/// Maximum loss, in cycles, that does not count as a gap, so that blocks on a source that is always slightly late still account for all
+/// of the elapsed time.
 const LATE: i64 = 2;
 
 impl ElapsedTime {

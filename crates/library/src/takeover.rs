@@ -135,8 +135,8 @@ pub struct BrakingSetpoints {
 }
 
 impl Brake {
-    /// Advances by one cycle. Returns `None` if no joint is left to brake and `has_plan`, or if no joint had to be braked at all. Without
-    /// a plan, the joints stay at rest.
+    /// Advances by one cycle. Returns `None` if no joint is left to brake and `has_plan` is true, or if no joint had to be braked at all.
+    /// Without a plan, the joints stay at rest.
     pub fn step(&mut self, last: &Last, acceleration: &[f64], jerk: &[f64], cycle_s: f64, has_plan: bool, invocation: &Invocation) -> Option<BrakingSetpoints> {
         let passed = self.span.pass(invocation);
         match self.stage {
@@ -193,7 +193,7 @@ impl Default for Tail {
 
 impl Tail {
     /// Adds the set-points of one cycle. The speed and acceleration of each joint at its end are those of the parabola through the last
-    /// three, or 0 if the motion `rests`. A motion that continues from that state has no larger differences than the present one.
+    /// three, or 0 if the motion `rests`. A motion that continues from that state has no larger differences than the current one.
     pub fn push(&mut self, setpoint: &[f64], cycle_s: f64, rests: bool, velocity: &mut [f64], acceleration: &mut [f64]) {
         for (i, now) in setpoint.iter().enumerate() {
             let step = if self.count == 0 { 0.0 } else { now - self.before[i] };

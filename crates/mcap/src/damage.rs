@@ -10,7 +10,7 @@ use std::ops::Range;
 use std::os::unix::fs::FileExt;
 
 /// Cause of damage: a record is malformed.
-pub(crate) const UNLIKELY: &str = "a record has an impossible code or length";
+pub(crate) const UNLIKELY: &str = "a record has an invalid opcode or length";
 /// Cause of damage: a message outside any chunk, which is ignored.
 pub(crate) const BESIDE: &str = "a message is between chunks, without a checksum";
 

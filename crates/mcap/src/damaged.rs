@@ -83,8 +83,8 @@ fn read(bytes: &[u8]) -> Result<(Vec<RawMessage>, Vec<Damage>, bool), Unreadable
     Ok((said, damage, indexed.is_whole()))
 }
 
-/// Checks the required properties for a damaged file. `touched` lists the ranges that differ from those written, including those beyond
-/// the end of a truncated file.
+/// Checks that reading a damaged file has the required properties. `touched` lists the ranges that differ from those written, including
+/// those beyond the end of a truncated file.
 fn check(bytes: &[u8], chunks: &[(Range<usize>, Vec<RawMessage>)], touched: &[Range<usize>]) -> Result<(), TestCaseError> {
     // The file has lost both its magic and the record that identifies it.
     if touched.iter().any(|range| range.start < 8) && touched.iter().any(|range| (8..60).contains(&range.start) || range.end > 8) {
@@ -255,7 +255,7 @@ fn a_damaged_time_in_the_head_of_a_chunk_is_told_and_loses_nothing() {
             let (said, damage, _) = read(&turned).expect("it is read");
             assert_eq!(said.len(), chunks.iter().map(|(_, messages)| messages.len()).sum::<usize>(), "bit {bit}: {damage:?}");
             let [damage] = &damage[..] else { panic!("bit {bit}: {damage:?}") };
-            assert_eq!((damage.bytes.start, damage.what), (begins as u64, "the times in the head of a chunk are damaged"), "bit {bit}");
+            assert_eq!((damage.bytes.start, damage.what), (begins as u64, "the times in the header of a chunk are damaged"), "bit {bit}");
             let indexed = IndexedFile::open(file(&turned)).expect("it is read");
             assert_eq!((indexed.chunks[4].first, indexed.chunks[4].last), (4000, 4013), "bit {bit}: what is looked up by time is found");
         }

@@ -97,7 +97,7 @@ struct MessageIndex {
     is_whole: bool,
 }
 
-/// A file that is read in place. It may grow in the meantime: see [`IndexedFile::go_on`].
+/// A file that is read in place. It may grow while it is being read: see [`IndexedFile::go_on`].
 pub struct IndexedFile {
     file: File,
     /// Position after the last record read.
@@ -123,7 +123,7 @@ impl IndexedFile {
     /// Finds the chunks of a file.
     ///
     /// # Errors
-    /// Fails with [`Unreadable::NoMcap`] if the file does not begin like an MCAP file, and with another error if it cannot be read.
+    /// Fails with [`Unreadable::NoMcap`] if the file is not an MCAP file, judging by its beginning, and with another error if it cannot be read.
     pub fn open(file: File) -> Result<IndexedFile, Unreadable> {
         let mut begin = [0; MAGIC.len()];
         if file.read_exact_at(&mut begin, 0).is_err() {
@@ -136,7 +136,7 @@ impl IndexedFile {
             if !indexed.has_header()? {
                 return Err(Unreadable::NoMcap);
             }
-            indexed.passed.push(Damage::harmless(0..at, "the mark of an MCAP file is damaged"));
+            indexed.passed.push(Damage::harmless(0..at, "the magic bytes of the MCAP file are damaged"));
         }
         indexed.go_on()?;
         Ok(indexed)
@@ -261,7 +261,7 @@ impl IndexedFile {
         let begin = self.read(fields.start..fields.start + sound::prefix(code, size))?;
         let Some(meant) = sound::code_of(code, &begin, size, self.has_chunks()) else { return Err(Unreadable::Damaged { at: self.at, what: SHORT }) };
         if meant != code {
-            self.passed.push(Damage::harmless(self.at..fields.start, "the code of a record is damaged"));
+            self.passed.push(Damage::harmless(self.at..fields.start, "the opcode of a record is damaged"));
         }
         // This may be a chunk whose code and length are both damaged: its own content does not show that, but the record after it does.
         if self.has_chunks() && sound::is_vague(meant) && end + HEAD <= len && !sound::is_record(&self.file, end, len, 0)? {
@@ -270,7 +270,7 @@ impl IndexedFile {
         match meant {
             CHUNK => end = self.take_chunk(fields, len)?,
             // This is an entry of the summary whose code is damaged.
-            MESSAGE if self.is_whole => self.passed.push(Damage::harmless(self.at..end, "the code of a record is damaged")),
+            MESSAGE if self.is_whole => self.passed.push(Damage::harmless(self.at..end, "the opcode of a record is damaged")),
             // Such a record cannot be distinguished from an index whose code and length are damaged, and it has no checksum. No known
             // writer mixes both.
             MESSAGE if self.has_chunks() => self.passed.push(Damage { bytes: self.at..end, what: BESIDE, span: None, counts: None }),
@@ -345,7 +345,7 @@ impl IndexedFile {
                     counts = chunk.messages.iter().map(|(channel, messages)| (*channel, messages.len())).collect();
                     if let Some(span) = chunk.span().filter(|span| *span != (first, last)) {
                         if (first, last) != UNSAID {
-                            self.passed.push(Damage::harmless(fields.start..fields.start + CHUNK_HEAD, "the times in the head of a chunk are damaged"));
+                            self.passed.push(Damage::harmless(fields.start..fields.start + CHUNK_HEAD, "the times in the header of a chunk are damaged"));
                         }
                         (first, last) = span;
                     }
@@ -373,7 +373,7 @@ impl IndexedFile {
         }
     }
 
-    /// Reads the index after a chunk; returns it with its end.
+    /// Reads the index after a chunk; returns the index and the offset of its end.
     fn index(&self, mut at: u64, len: u64) -> Result<(MessageIndex, u64), Unreadable> {
         let mut found = MessageIndex::default();
         loop {

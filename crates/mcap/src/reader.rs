@@ -68,7 +68,7 @@ impl<R: Read> Reader<R> {
     /// Creates a reader.
     ///
     /// # Errors
-    /// Fails with [`Unreadable::NoMcap`] if the source does not begin like an MCAP file, and with another error if it cannot be read.
+    /// Fails with [`Unreadable::NoMcap`] if the source does not begin with the magic bytes of an MCAP file, and with another error if it cannot be read.
     pub fn new(source: R) -> Result<Reader<R>, Unreadable> {
         let mut reader = Reader {
             source: BufReader::with_capacity(BUFFER, source),
@@ -83,7 +83,7 @@ impl<R: Read> Reader<R> {
         if is_whole && reader.packed == MAGIC { Ok(reader) } else { Err(Unreadable::NoMcap) }
     }
 
-    /// Returns the next record, or `None` at the end of the data and if the file is cut off.
+    /// Returns the next record, or `None` at the end of the data, even if the file is cut off there.
     ///
     /// # Errors
     /// Fails if the file cannot be read further; no records follow an error.
@@ -192,7 +192,7 @@ pub(crate) fn unpack(fields: &[u8], at: u64, content: &mut Vec<u8>) -> Result<()
         }
         "lz4" => return Err(damaged("a chunk has an impossible length")),
         "zstd" => return Err(Unreadable::Compressed { how: compression }),
-        _ => return Err(damaged("a chunk names a compression that MCAP does not have")),
+        _ => return Err(damaged("a chunk specifies a compression that MCAP does not define")),
     }
     if content.len() as u64 != size {
         return Err(damaged("the length of a chunk does not match its content"));

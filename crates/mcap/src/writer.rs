@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Writes MCAP: messages in chunks, their indexes, and the summary.
+//! Writes MCAP files: messages in chunks, the indexes of the chunks, and the summary.
 use crate::records::{
     CHANNEL, CHUNK, CHUNK_INDEX, DATA_END, FOOTER, Fields, HEADER, MAGIC, MESSAGE, MESSAGE_INDEX, METADATA, METADATA_INDEX, SCHEMA, STATISTICS, SUMMARY_OFFSET,
 };
@@ -43,7 +43,7 @@ pub struct Writer<W: Write> {
     apart: HashSet<u16>,
     /// IDs of the schemas.
     schemas: HashMap<Schema, u16>,
-    /// Every schema and channel as a record, for the summary, and for repetition.
+    /// Every schema and channel as a record, for the summary and for repetition in later chunks.
     described: [Vec<u8>; 2],
     /// Number of chunks of values written.
     value_chunks: u64,
@@ -147,8 +147,8 @@ impl<W: Write> Writer<W> {
         [&self.chunk, &self.chunk_apart].into_iter().any(|chunk| chunk.index.contains_key(&channel))
     }
 
-    /// Returns the number of bytes written, which are complete records. The file can be read up to this position whatever happens to its
-    /// writer.
+    /// Returns the number of bytes written; they consist of complete records. The file can be read up to this position whatever happens
+    /// to its writer.
     pub fn position(&self) -> u64 {
         self.position
     }
@@ -173,7 +173,7 @@ impl<W: Write> Writer<W> {
 
     /// Writes the chunk of values. It comes first because it describes channels, so that no description follows its messages.
     ///
-    /// Chunks 2, 4, 8, … repeat all descriptions, so that a damaged first chunk and a damaged summary do not cost the channels.
+    /// Chunks 2, 4, 8, … repeat all descriptions, so that the channels are not lost if both the first chunk and the summary are damaged.
     fn finish_values(&mut self) -> io::Result<()> {
         let chunk = std::mem::take(&mut self.chunk);
         self.value_chunks += u64::from(!chunk.records.is_empty());
@@ -281,8 +281,8 @@ impl<W: Write> Writer<W> {
 
 /// Size of a chunk before compression, bytes.
 const CHUNK_SIZE: usize = 1 << 20;
-/// Maximum size of the index of all chunks, bytes, which stays in memory until the end: enough for days at one chunk a second, and for an
-/// hour at a hundred. A longer file has no index, and tools read it from the beginning.
+/// Maximum size of the index of all chunks, bytes. The index stays in memory until the end. This size is enough for days at one chunk per
+/// second, and for an hour at a hundred. A longer file has no index, and tools read it from the beginning.
 const INDEXES_MAX: usize = 32 << 20;
 const COMPRESSION: &str = "lz4";
 /// Size of a message's fields before its data, bytes: channel, sequence, two times.

@@ -92,7 +92,7 @@ pub(crate) struct Draft<'a> {
     /// Inferred units of items that are declared in terms of other items' units, if known: for each block, (item, unit).
     pub units: Vec<Vec<(usize, String)>>,
     pub cells: Vec<PlannedCell>,
-    /// True if a cell is not constant.
+    /// True for each cell that is not constant.
     pub varies: Vec<bool>,
     pub svv_cells: HashMap<SvvId, CellIndex>,
     pub channel_cells: HashMap<(&'a str, usize), CellIndex>,
@@ -135,7 +135,7 @@ impl<'a> Draft<'a> {
         self.refusals.push(Refusal::new(class, message).remedy(remedy).at(place).at(&self.checked.place));
     }
 
-    /// Refuses as [`Draft::refuse`] does, and names the parts of the definition that are concerned, the main one first.
+    /// Refuses as [`Draft::refuse`] does, and names the parts of the definition involved, the main one first.
     pub fn refuse_at(&mut self, class: Class, message: String, remedy: &str, place: &Option<SourceLocation>, about: impl IntoIterator<Item = Where>) {
         self.refuse(class, message, remedy, place);
         self.mark(about);

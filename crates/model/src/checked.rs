@@ -46,7 +46,7 @@ pub struct CheckedVerb {
     pub(crate) conditions: Vec<CheckedCondition>,
     pub(crate) manual: bool,
     pub(crate) remarks: Vec<Remark>,
-    /// True if a block has synchronous inputs that are not constant.
+    /// True for each block that has synchronous inputs that are not constant.
     pub(crate) driven: Vec<bool>,
 }
 

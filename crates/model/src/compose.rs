@@ -3,7 +3,7 @@
 //!
 //! Blocks, cells and lists carry the label of their part; parameters, outputs, objects and conditions with the same name are merged. The
 //! values that a condition returns, and the port from which an output is read, depend on the part that ends: ν and ω of a composed verb
-//! have one line per part.
+//! have one entry per part.
 mod conditions;
 mod endings;
 mod form;
@@ -26,19 +26,19 @@ use joint::Joint;
 use part::PartOf;
 use serde::{Deserialize, Serialize};
 
-/// A line of the augmented τ.
+/// An entry of the augmented τ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Step {
-    /// Part, which stands for each of its lists that the condition ends, or a single list: `approach`, `approach.back_off`; or several of
-    /// these.
+    /// Parts or lists from which the entry leads: `approach`, `approach.back_off`. A part stands for each of its lists that the condition
+    /// ends.
     #[serde(deserialize_with = "crate::definition::written::one_or_several")]
     #[cfg_attr(feature = "schema", schemars(with = "crate::definition::written::Names"))]
     pub from: Vec<String>,
     /// Condition, by its name in the composed verb or in the part; if absent, every normal end except a halt.
     #[serde(default)]
     pub condition: Option<String>,
-    /// Part, which stands for its initial list, or a single list.
+    /// Target of the entry: a list, or a part, which stands for its initial list.
     pub to: String,
     #[serde(default)]
     pub place: Option<SourceLocation>,
@@ -50,10 +50,10 @@ pub struct Step {
 #[cfg_attr(feature = "schema", schemars(rename = "TogetherUntil"))]
 #[serde(rename_all = "snake_case")]
 pub enum Until {
-    /// The parts end when the first of them has ended.
+    /// The parts run until the first of them has ended.
     #[default]
     Any,
-    /// The parts end when all of them have ended normally.
+    /// The parts run until all of them have ended normally.
     All,
 }
 
@@ -77,7 +77,7 @@ pub struct Composition {
     /// `part.input` → fixed value of the input.
     #[serde(default)]
     pub preset: IndexMap<String, Value>,
-    /// Labels of blocks of which all parts use the same instance.
+    /// Labels of shared blocks: all parts use the same instance.
     #[serde(default)]
     pub share: Vec<String>,
     /// True if the initial lists of all parts are merged into one.
@@ -155,7 +155,7 @@ impl<'a> Composing<'a> {
         self.refusals.push(Refusal::new(class, message).remedy(remedy).at(place).at(&self.of.place));
     }
 
-    /// Refuses contradictory declarations of two parts.
+    /// Refuses conflicting declarations of two parts.
     fn conflict(&mut self, class: Class, message: String, remedy: &str, (first, second): (usize, usize)) {
         let mut refusal = Refusal::new(class, message).remedy(remedy);
         for part in [first, second] {

@@ -35,7 +35,7 @@ pub enum SystemCondition {
     Late,
     /// No value arrived from another source for too long.
     LinkLost,
-    /// A joint that the verb uses had a gap in time that is longer than allowed.
+    /// A joint that the verb uses had a gap in time longer than allowed.
     TimeLost,
 }
 
@@ -122,7 +122,7 @@ pub fn check_conditions(flat: &mut Flat<'_>, verb: &Verb) -> Vec<CheckedConditio
     conditions
 }
 
-/// Returns the lists to which no line of the table with this name applies; an empty list stands for all of them.
+/// Returns the lists to which no table entry with this name applies; an empty result stands for all lists.
 fn lists_without(conditions: &[CheckedCondition], name: &str, count: usize) -> Option<Vec<usize>> {
     let held = |list: &usize| conditions.iter().any(|c| c.planned.name == name && c.planned.holds_in(*list));
     let without: Vec<usize> = (0..count).filter(|list| !held(list)).collect();
@@ -167,7 +167,8 @@ fn check_one(flat: &mut Flat<'_>, verb: &Verb, key: &str, termination: &Terminat
 }
 
 /// Checks that only conditions that end the verb have ν. A condition that has a transition in every list in which it holds returns no
-/// values, unless it starts an orderly end, which then reports it. A part of a composed verb returns the same values as on its own.
+/// values, unless it starts an orderly end, because the end report then contains it. A part of a composed verb returns the same values as
+/// on its own.
 fn check_returns(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedCondition]) {
     if flat.is_composed {
         return;

@@ -28,8 +28,8 @@ pub fn asked(plan: &Plan) -> Vec<String> {
     names
 }
 
-/// Returns the requirements that the devices do not meet; the verb may start if there are none. `present` contains the values of the
-/// requested SVVs.
+/// Returns the requirements that the devices do not meet; the verb may start if there are none. `present` contains the current values of
+/// the SVVs that [`asked`] returns.
 pub fn unmet(plan: &Plan, configuration: &Configuration, present: &IndexMap<String, Value>) -> Refusals {
     let is_true = |member: &PlannedMember| {
         let value = match member {

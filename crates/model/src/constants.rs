@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Constants of a definition: checks that each is valid for its item and is read.
+//! Checks that each constant of a definition is valid for its item and is actually read.
 use crate::flatten::{Flat, describe};
 use crate::interface::Kind;
 use crate::refusal::{Class, Refusal, Refusals, Where};

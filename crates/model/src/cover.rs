@@ -55,7 +55,8 @@ impl<'a> Flat<'a> {
         found.map(ItemTarget::Item)
     }
 
-    /// Returns the label that was probably intended. Searched only for the first mistakes, because each search scans all labels.
+    /// Returns the label that was probably intended. Only the first mistakes are given a suggestion, because each search scans all
+    /// labels.
     fn did_you_mean_label(&self, prefix: &str, label: &str) -> String {
         if self.refusals.len() >= SUGGESTED_MAX {
             return String::new();

@@ -96,7 +96,7 @@ pub struct InputParameter {
     /// Minimum and maximum, checked before a start.
     #[serde(default)]
     pub within: Option<(Bound, Bound)>,
-    /// SVV of an object to which the value is relative (`arm.commanded`, for a relative goal): the range applies to their sum.
+    /// SVV of an object relative to which the value is given (`arm.commanded`, for a relative goal); the range applies to their sum.
     #[serde(default)]
     pub counted_from: Option<String>,
     /// Attribute of an object, such as `arm.chain`, that the PS reads if a call omits the input.
@@ -215,7 +215,7 @@ pub struct Termination {
     pub place: Option<SourceLocation>,
 }
 
-/// One line of τ.
+/// One entry of τ.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Transition {
@@ -230,7 +230,7 @@ pub struct Transition {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Part {
-    /// Name of the verb from which the part was made.
+    /// Name of the verb from which the part was created.
     pub verb: String,
     /// Command list of the composed verb with which the part begins.
     pub initial: String,
@@ -238,8 +238,8 @@ pub struct Part {
 
 /// A verb (f_V, p_V, o_V, inst_V, χ, ψ, ω, c_V, t_V, τ, ν).
 ///
-/// In a composed verb, one with `parts`, blocks, cells and lists carry the label of their part (`close.start`). So do the keys of
-/// `conditions` and `output_values`, which may then have one line per part; [`Verb::reported`] returns their names in reports and τ.
+/// In a composed verb (one with `parts`), blocks, cells and lists carry the label of their part (`close.start`). So do the keys of
+/// `conditions` and `output_values`, which may then have one entry per part; [`Verb::reported`] returns their names in reports and τ.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Verb {

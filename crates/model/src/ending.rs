@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ending list and suspension of a verb, as checked.
+//! Checks the ending list and the suspension of a verb.
 use crate::conditions::CheckedCondition;
 use crate::definition::{ENDING_LIMIT_NS, Holding, Suspend, Verb};
 use crate::flatten::{Flat, ItemTarget, Port};
@@ -62,8 +62,8 @@ pub fn check_ending(flat: &mut Flat<'_>, verb: &Verb, initial: usize) -> Planned
     PlannedEnding { list, limit_ns }
 }
 
-/// Checks a verb's suspension: the port that is set is a Boolean, and the condition does not end the verb in lists in which it may be
-/// suspended.
+/// Checks a verb's suspension: the port that is set must be a Boolean, and the condition must not end the verb in lists in which it may
+/// be suspended.
 pub fn check_suspend(flat: &mut Flat<'_>, verb: &Verb, conditions: &[CheckedCondition]) -> CheckedSuspend {
     match &verb.suspend {
         Suspend::Idle => CheckedSuspend::Idle,

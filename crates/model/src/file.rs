@@ -84,7 +84,7 @@ pub struct WrittenComposition {
     /// `part.input` → fixed value of the input.
     #[serde(default)]
     pub preset: IndexMap<String, Value>,
-    /// Labels of blocks of which all parts use the same instance.
+    /// Labels of shared blocks: all parts use the same instance.
     #[serde(default)]
     pub share: Vec<String>,
     /// True if the initial lists of all parts are merged into one.

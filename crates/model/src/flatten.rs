@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// Item of a flat block: (block, item).
 pub type Port = (usize, usize);
 
-/// One subroutine instance of the flat list.
+/// One subroutine instance in the flat list.
 #[derive(Clone, Debug)]
 pub struct FlatBlock {
     pub label: String,
@@ -301,7 +301,7 @@ impl<'a> Flat<'a> {
         }
     }
 
-    /// Checks that a cell of a graph has one writer.
+    /// Checks that a cell of a graph has at most one writer.
     fn one_output(&mut self, name: &str, ports: &[Port], place: &Option<SourceLocation>) {
         let mut outputs = ports.iter().copied().filter(|port| self.item_kind(*port) == Kind::Output);
         if let (Some(first), Some(second)) = (outputs.next(), outputs.next()) {

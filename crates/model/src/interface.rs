@@ -16,7 +16,7 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// Returns the name of the mode in messages.
+    /// Returns the name of the mode for messages.
     pub(crate) fn name(self) -> String {
         match self {
             Mode::Synchronous => "synchronous".into(),
@@ -60,7 +60,7 @@ pub struct Item {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub range: Option<Range>,
     pub doc: String,
-    /// True if the input may stay unbound.
+    /// True if the input may be left unbound.
     #[serde(default)]
     pub has_default: bool,
     #[serde(default)]
@@ -83,7 +83,7 @@ pub struct Item {
 }
 
 impl Item {
-    /// Splits a declared unit into the unit itself or the items whose product it is, and the range that follows.
+    /// Splits a declared unit into the unit itself, or the items whose product it is, and the range that follows it.
     pub fn declared_unit(text: &str) -> (String, Vec<String>, Option<Range>) {
         let (unit, range) = Range::split(text);
         match unit.strip_prefix('=') {

@@ -39,7 +39,8 @@ pub struct BlockKind {
     pub interface: Interface,
     pub shapes: Vec<Shape>,
     by_name: HashMap<String, usize>,
-    /// Elements of array ports that a definition uses, such as `u[1]`: (port, element). They follow the items of the descriptor.
+    /// Elements of array ports that a definition uses, such as `u[1]`: (port, element). Their item indices follow those of the
+    /// descriptor's items.
     elements: Vec<(usize, usize)>,
     /// Item that sets the number of elements.
     pub size_item: Option<usize>,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The model: types, interfaces, graphs, verbs, devices, and all checks on them. It converts a verb and its arguments to a
-//! [`plan::Plan`]: flat, resolved, checked. It uses no clock, thread, file, network or `unsafe`.
+//! The model: types, interfaces, graphs, verbs, devices, and all checks on them. It converts a verb and its arguments to a flat, resolved
+//! and checked [`plan::Plan`]. It uses no clock, thread, file, network or `unsafe`.
 #![forbid(unsafe_code)]
 
 mod apply;

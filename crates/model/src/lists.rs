@@ -30,7 +30,7 @@ pub enum CheckedCommand {
     Ready,
 }
 
-/// Section of a command list up to a wait.
+/// Section of a command list, up to the next wait or the end of the list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckedStage {
     pub commands: Vec<CheckedCommand>,

@@ -41,7 +41,7 @@ fn members(within: &Within) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Checks a value of a device parameter. `parameters` are the parameters of the device, and `unit` is the unit of this one.
+/// Checks a value of a device parameter. `parameters` contains all parameters of the device; `unit` is the unit of the one being checked.
 ///
 /// # Errors
 /// `OutOfRange` with the range and its origin.

@@ -79,10 +79,10 @@ pub(crate) fn instantiation_parameters(flat: &mut Flat<'_>, verb: &Verb) -> Vec<
     parameters
 }
 
-/// Options that every call accepts in addition to the arguments of its verb, and `set` in addition to its values.
+/// Options that every call accepts in addition to the arguments of its verb, and that `set` accepts in addition to its values.
 const OPTIONS: [&str; 5] = ["time_limit", "overruns", "age_max", "every", "self"];
 
-/// Returns true if a word already has a meaning in calls: their options, and Python keywords.
+/// Returns true if a name is reserved in calls: an option of the calls, or a Python keyword.
 pub(crate) fn is_reserved(name: &str) -> bool {
     const PYTHON: [&str; 35] = [
         "False", "None", "True", "and", "as", "assert", "async", "await", "break", "class", "continue", "def", "del", "elif", "else", "except", "finally",

@@ -40,7 +40,7 @@ pub struct PlannedCell {
     pub size: usize,
     pub align: usize,
     pub unit: String,
-    /// Initial value at each start (private, constant), in bytes.
+    /// Bytes with which a private or constant cell is initialised at each start.
     pub initial: Vec<u8>,
     /// Blocks of this plan, with their items, that write and read the cell.
     pub writers: Vec<(BlockIndex, usize)>,
@@ -101,9 +101,9 @@ pub struct PlannedBlock {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[cfg_attr(feature = "schema", schemars(rename = "PlannedDue"))]
 pub enum Due {
-    /// Due at an interval or trigger. The command that activates it sets the number of releases of its source.
+    /// Due at an interval or on a trigger: every n-th release of its source, where n is set by the command that activates it.
     Interval,
-    /// Due together with these activations of this plan on the same source (behind a ratio output n: every n-th time).
+    /// Due together with these activations of this plan on the same source; every n-th time if the driving output is a ratio output n.
     Driven { by: Vec<(ActivationIndex, u32)> },
     /// Due when values arrive from other sources or other instances (see `PlannedBlock::remote_drivers`, `external_drivers`), and all of
     /// `by` are due.
@@ -134,7 +134,7 @@ pub enum PlannedCommand {
     /// Executes one invocation of each block, in order; for a graph, its blocks without synchronous inputs, followed by the blocks that
     /// they drive.
     Execute(Vec<BlockIndex>),
-    /// Switches on an activation, at every `every`-th release of its source (1 if driven).
+    /// Switches on an activation, which is then due at every `every`-th release of its source (1 if driven).
     On {
         activation: ActivationIndex,
         every: u32,
@@ -156,12 +156,12 @@ pub enum Wait {
     Idle,
 }
 
-/// Section of a command list up to a wait.
+/// Section of a command list, up to the next wait or the end of the list.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedStage {
     pub commands: Vec<PlannedCommand>,
-    /// Wait that ends the stage. `None` at the end of the list, where the process continues until a condition occurs or no instance is
+    /// Wait that ends the stage; `None` at the end of the list. The process then continues until a condition occurs or no instance is
     /// active.
     pub wait: Option<Wait>,
     /// Activations that are active after the commands of this stage: (activation, every).
@@ -192,7 +192,7 @@ pub struct PlannedCondition {
     pub on: Vec<(BlockIndex, usize)>,
     /// ν: indices into `outputs`.
     pub returns: Vec<usize>,
-    /// True if the end is normal, that is, raises no exception (`completed`; `returns` and no `raises`).
+    /// True if the end is normal, that is, raises no exception: `completed`, or a condition that has `returns` and no `raises`.
     pub normal: bool,
     pub priority: i32,
     /// Lists in which the condition holds; if empty, all. Conditions with the same name have no list in common.
@@ -240,7 +240,7 @@ pub enum InputOrigin {
     Given,
     /// Always the default.
     Preset,
-    /// Taken from a parameter of the logical devices that are the verb's object (one value each).
+    /// Taken from a parameter of the logical devices that are passed as the verb's object, one value per device.
     DeviceParameter { devices: Vec<String>, parameter: String },
 }
 
@@ -322,7 +322,7 @@ pub struct PlannedOutput {
 pub struct PlannedEnding {
     /// Index of the ending list.
     pub list: Option<usize>,
-    /// Limit of the ending list's running time, ns.
+    /// Limit on the ending list's running time, ns.
     pub limit_ns: i64,
 }
 
@@ -351,7 +351,7 @@ impl PlannedSuspend {
         matches!(self, PlannedSuspend::Idle | PlannedSuspend::Holding(_))
     }
 
-    /// Returns the holdings that bring the instance to rest; empty if it just stops.
+    /// Returns the holdings that bring the instance to rest; empty if it needs none.
     pub fn holdings(&self) -> &[PlannedHolding] {
         match self {
             PlannedSuspend::Holding(holdings) => holdings,

@@ -19,7 +19,7 @@ struct Unit {
 
 const ONE: Unit = Unit { multiply: 1.0, divide: 1.0, dimension: [0; 8] };
 
-/// Symbol, the two factors, dimension, and whether it accepts prefixes.
+/// All unit symbols: symbol, the two factors, dimension, and true if it accepts prefixes.
 const SYMBOLS: &[(&str, f64, f64, Dimension, bool)] = &[
     ("m", 1.0, 1.0, [1, 0, 0, 0, 0, 0, 0, 0], true),
     ("g", 1.0, 1000.0, [0, 1, 0, 0, 0, 0, 0, 0], true),
@@ -91,8 +91,8 @@ fn is_same_unit(a: &str, b: &str) -> bool {
     }
 }
 
-/// Refuses an unknown unit: two spellings of it would never match, and a quantity in that unit could not be parsed. An empty unit means
-/// that the unit is not known, and is allowed.
+/// Refuses an unknown unit, because two spellings of it would never match, and a quantity in that unit could not be parsed. An empty unit
+/// means that the unit is not known, and is allowed.
 ///
 /// # Errors
 /// `UnitMismatch` with the unit that was probably intended: `N.m` for `Nm`.
@@ -105,7 +105,7 @@ pub fn check_unit(text: &str) -> Result<(), Refusal> {
     match unknown {
         None => Ok(()),
         Some("") => Err(Refusal::new(Class::UnitMismatch, format!("the unit '{text}' cannot be read")).remedy("write, for example, 'N.m/rad'")),
-        Some(word) => Err(Refusal::new(Class::UnitMismatch, format!("the unit '{}' is not known", word.escape_debug())).remedy(meant(word))),
+        Some(word) => Err(Refusal::new(Class::UnitMismatch, format!("there is no unit '{}'", word.escape_debug())).remedy(meant(word))),
     }
 }
 
@@ -132,7 +132,7 @@ pub fn unit_of(text: &str) -> Option<&str> {
     split(text).ok().map(|(_, unit)| unit).filter(|unit| !unit.is_empty())
 }
 
-/// Returns the most likely meaning of an unknown word in a unit: two known units without the dot, or else the closest spelling.
+/// Returns the most likely meaning of an unknown word in a unit: two known units with the dot omitted, or else the closest spelling.
 fn meant(word: &str) -> String {
     let (symbol, _) = exponent(word).unwrap_or((word, 1));
     let cuts = (1..symbol.len()).filter(|at| symbol.is_char_boundary(*at));
@@ -180,7 +180,11 @@ pub fn duration_ns(text: &str, what: &str) -> Result<i64, Refusal> {
     }
     let period = || number_in(text, "Hz").ok().filter(|hz| *hz > 0.0).map(|hz| 1e9 / hz);
     let ns = number_in(text, "ns").ok().or_else(period).ok_or_else(|| refused(Class::UnitMismatch, "is not a time"))?;
-    if ns.abs() < i64::MAX as f64 { Ok(ns.round() as i64) } else { Err(refused(Class::OutOfRange, "is out of range").remedy("give less than 292 years")) }
+    if ns.abs() < i64::MAX as f64 {
+        Ok(ns.round() as i64)
+    } else {
+        Err(refused(Class::OutOfRange, "is out of range").remedy("give a time of less than 292 years"))
+    }
 }
 
 /// Formats nanoseconds in a human-readable unit: `1.5 ms`.
@@ -228,7 +232,7 @@ fn word_unit(word: &str) -> Option<Unit> {
     symbol_unit(symbol)
 }
 
-/// Parses a unit such as `kg.m^2/s`, `N*m`, `m/s2`, `1/s`. All factors after a slash divide.
+/// Parses a unit such as `kg.m^2/s`, `N*m`, `m/s2`, `1/s`. All factors after a slash are in the denominator.
 fn unit(text: &str) -> Option<Unit> {
     let mut total = ONE;
     for (at, part) in text.split('/').enumerate() {
@@ -323,11 +327,11 @@ mod tests {
         for known in ["", "N.m", "N*m/rad", "rad|m", "1/s", "1", "m/s2", "kg.m^2", "%", "counts/rad", "l/min", "N.m/rad/s|N/m/s", "µm"] {
             assert_eq!(refusal(known), "", "{known}");
         }
-        assert_eq!(refusal("Nm"), "the unit 'Nm' is not known; did you mean 'N.m'?");
-        assert_eq!(refusal("Nm/rad"), "the unit 'Nm' is not known; did you mean 'N.m'?");
-        assert_eq!(refusal("kgm2"), "the unit 'kgm2' is not known; did you mean 'kg.m2'?");
-        assert_eq!(refusal("rad|Rad"), "the unit 'Rad' is not known; did you mean 'rad'?");
-        assert!(refusal("furlong").starts_with("the unit 'furlong' is not known"));
+        assert_eq!(refusal("Nm"), "there is no unit 'Nm'; did you mean 'N.m'?");
+        assert_eq!(refusal("Nm/rad"), "there is no unit 'Nm'; did you mean 'N.m'?");
+        assert_eq!(refusal("kgm2"), "there is no unit 'kgm2'; did you mean 'kg.m2'?");
+        assert_eq!(refusal("rad|Rad"), "there is no unit 'Rad'; did you mean 'rad'?");
+        assert!(refusal("furlong").starts_with("there is no unit 'furlong'"));
         assert!(refusal("N..m").starts_with("the unit 'N..m' cannot be read") && refusal("m/").starts_with("the unit 'm/' cannot be read"));
         assert_eq!(number_in("5 Nm", "N.m").unwrap_err().to_string(), "'5 Nm' has the unit 'Nm', which is not known; did you mean 'N.m'?");
     }

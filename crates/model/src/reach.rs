@@ -16,8 +16,8 @@ struct Reach<'v> {
     /// Blocks that each list activates or executes.
     runs: Vec<Vec<bool>>,
     reached: Vec<bool>,
-    /// True if a time limit is a condition of the verb. A condition that never occurs then only causes a remark, because the verb ends
-    /// anyway.
+    /// True if the verb has an entry or a transition for the condition `time_limit`. A condition that never occurs then only causes a
+    /// remark, because the verb ends anyway.
     timed: bool,
 }
 

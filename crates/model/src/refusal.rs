@@ -48,16 +48,16 @@ pub enum Class {
     ModuleError,
     DeviceFailed,
     EmergencyStopped,
-    /// An existing item with that name, which is in use.
+    /// A name or other item that is already in use.
     InUse,
     /// The role lacks the permission; the token is missing, wrong, expired or revoked; or the request comes from a page of another
     /// origin.
     NotAllowed,
-    /// Command that is held by another session or by no session; names the holder.
+    /// A call that requires command, which is held by another session or by no session; names the holder.
     NotCommanding,
     /// A session that was closed or is considered lost.
     SessionLost,
-    /// A limit on a number, size or rate that was exceeded.
+    /// A number, size or rate that exceeds its limit.
     LimitExceeded,
     /// A change that must be recorded but cannot be.
     AuditFailed,
@@ -135,7 +135,7 @@ pub struct Refusal {
     /// Location to check first: that of the faulty definition.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub place: Option<SourceLocation>,
-    /// Parts of the definition that are concerned, the main one first.
+    /// Parts of the definition involved, the main one first.
     #[serde(default, rename = "where", skip_serializing_if = "Vec::is_empty")]
     pub about: Vec<Where>,
 }
@@ -156,7 +156,7 @@ impl Refusal {
         self
     }
 
-    /// Adds an end of the binding that is concerned.
+    /// Adds an end of the binding involved.
     pub fn end(mut self, what: impl Into<String>, place: &Option<SourceLocation>) -> Refusal {
         self.ends.push(End { what: what.into(), place: place.clone() });
         self
@@ -170,7 +170,7 @@ impl Refusal {
         self
     }
 
-    /// Adds parts of the definition that are concerned.
+    /// Adds parts of the definition that are involved.
     pub fn about(mut self, parts: impl IntoIterator<Item = Where>) -> Refusal {
         self.about.extend(parts);
         self

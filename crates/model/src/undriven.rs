@@ -26,7 +26,8 @@ pub(crate) fn undriven(flat: &mut Flat<'_>, inputs: &[CheckedInput]) {
     }
 }
 
-/// Remarks on a cell that no block writes, because only input parameters change it.
+/// Remarks on each cell that has no writer, input parameter, constant or default, and therefore keeps its initial value. Marks all cells
+/// without a writer as constants or as input-only.
 pub(crate) fn cells_without_writer(flat: &mut Flat<'_>, given: &[Port]) -> Vec<Remark> {
     let mut remarks = Vec::new();
     for at in 0..flat.groups.len() {

@@ -40,8 +40,8 @@ pub struct Verdict {
     pub reason: Option<String>,
 }
 
-/// Returns all mistakes of a definition that can be found before any arguments are passed: names, covers, types, units, cycles, lists,
-/// conditions. A wrong name does not hide type errors elsewhere.
+/// Returns all mistakes of a definition that can be found before any arguments are passed, in names, covers, types, units, cycles, lists
+/// and conditions. A wrong name does not hide type errors elsewhere.
 ///
 /// # Errors
 /// `CallError` if the drawing contains neither a graph nor a verb, or both.
@@ -55,8 +55,8 @@ pub fn check_definition(drawing: &Drawing, configuration: &Configuration) -> Res
     Ok(found)
 }
 
-/// Checks as [`check_definition`] does, and adds everything that an installation would refuse for any arguments: units and types of
-/// object members, constants and defaults, second writers in a list, inputs that nothing drives.
+/// Checks as [`check_definition`] does, and adds everything that an installation would refuse regardless of the arguments: units and
+/// types of object members, constants and defaults, second writers in a list, undriven inputs.
 ///
 /// # Errors
 /// Fails as [`check_definition`] does.
@@ -76,7 +76,8 @@ pub fn check_drawing(drawing: &Drawing, configuration: &Configuration) -> Result
     Ok(found)
 }
 
-/// Returns true if two checks have found the same mistake: a constant is checked once where it is named, and again where it is stored.
+/// Returns true if two checks have found the same mistake. For example, a constant is checked once where it is named, and again where it
+/// is stored.
 fn is_same(one: &Refusal, other: &Refusal) -> bool {
     let is_constant = |refusal: &Refusal| refusal.message.starts_with("the constant for ");
     one.message == other.message || is_constant(one) && is_constant(other) && one.about == other.about
@@ -268,7 +269,7 @@ impl Sketch {
         named.next()
     }
 
-    /// Returns the reason why the installation would refuse the wire, provided that it refuses nothing without the wire.
+    /// Returns the reason why the installation would refuse the wire, assuming that it refuses nothing without the wire.
     fn refused_wire(&self, draft: &mut Draft<'_>, from: &End, to: &End, source: Option<usize>, sink: Option<usize>) -> Option<String> {
         let object = |at: Option<usize>, end: &End| match at {
             Some(at) => self.checked.groups[at].clone(),

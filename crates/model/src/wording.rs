@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Readable messages for malformed JSON, in place of those of the JSON parser, which use Rust terms.
+//! Readable messages for malformed JSON. They replace the messages of the JSON parser, which use Rust terms.
 
 /// Maximum length of quoted input; longer text is truncated.
 const SHOWN_MAX: usize = 80;
@@ -39,8 +39,8 @@ pub fn plain_within(text: &str) -> String {
     }
 }
 
-/// Makes external text safe for a terminal: control characters, except line ends and tabs, and characters that change the writing
-/// direction are replaced with U+FFFD.
+/// Makes external text safe for a terminal: control characters (except newlines and tabs) and bidirectional formatting characters are
+/// replaced with U+FFFD.
 pub fn printable(text: impl Into<String>) -> String {
     let text = text.into();
     let turns = |c: char| matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
@@ -52,7 +52,7 @@ fn cut<'a>(text: &'a str, begin: &str) -> Option<(&'a str, &'a str)> {
     text.strip_prefix(begin)?.rsplit_once(", expected ")
 }
 
-/// Returns the name of the value that was passed.
+/// Returns the value that was passed, in plain words.
 fn thing(given: &str) -> String {
     let given = match given {
         "null" => "nothing",
@@ -63,7 +63,7 @@ fn thing(given: &str) -> String {
     shown(&given.replace('`', ""))
 }
 
-/// Returns the name of the kind of value that was expected.
+/// Returns the kind of value that was expected, in plain words.
 fn kind(wanted: &str) -> String {
     let said = match wanted {
         "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number of 0 or more",

@@ -43,7 +43,7 @@ pub struct Region {
     /// Regions arranged one above the other.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub column: Vec<Region>,
-    /// Panels in the same place, of which only one is visible.
+    /// Regions in the same place, of which only one is visible at a time.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tabs: Vec<Region>,
     /// Content of the panel.
@@ -85,9 +85,9 @@ pub enum PanelKind {
     Values,
     /// State diagram of a verb and its instances.
     Verb,
-    /// The alarms.
+    /// List of alarms.
     Alarms,
-    /// Buttons that start verbs and halt them.
+    /// Buttons that start and halt verbs.
     Buttons,
 }
 
@@ -95,7 +95,7 @@ impl PanelKind {
     /// All kinds of panels.
     pub const ALL: [PanelKind; 6] = [PanelKind::Plot, PanelKind::Scene, PanelKind::Values, PanelKind::Verb, PanelKind::Alarms, PanelKind::Buttons];
 
-    /// Returns the name of the panel kind in a file.
+    /// Returns the name of the panel kind as written in a file.
     pub fn word(self) -> &'static str {
         match self {
             PanelKind::Plot => "plot",
@@ -134,7 +134,7 @@ pub struct Button {
     /// Verb to apply: an instance is created and started with these values. If it has no name, it is called `WORKSPACE.LABEL`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub start: Option<Application>,
-    /// Instance, created by a program, to start instead.
+    /// Instance to start instead, created by a program.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instance: Option<String>,
     /// Start values of that instance: input parameter → value.

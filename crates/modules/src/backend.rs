@@ -46,7 +46,7 @@ pub trait Backend: Sync {
     /// for the module's name; the file need not exist.
     ///
     /// # Errors
-    /// As for [`Backend::load`].
+    /// Same as for [`Backend::load`].
     fn load_bytes(&self, path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> Result<LoadedModule, LoadError>;
 }
 

@@ -22,11 +22,11 @@ pub enum LoadError {
     NoBlocks { path: PathBuf },
     #[error("module '{}' is refused: {}{what}", path.display(), subject(block, item))]
     Invalid { path: PathBuf, block: String, item: String, what: String },
-    #[error("module '{}' killed the process that tried it with signal {signal}: it is damaged, or its initialisation faults; build it again", path.display())]
+    #[error("module '{}' crashed the process that tried to load it (signal {signal}): it is damaged, or its initialisation faults; build it again", path.display())]
     Crashed { path: PathBuf, signal: i32 },
     #[error("module '{}' did not load within {seconds} s: its initialisation does not end, or the machine is overloaded", path.display())]
     TimedOut { path: PathBuf, seconds: u64 },
-    #[error("cannot start a process to try modules in: {what}")]
+    #[error("cannot start a process in which to try loading modules: {what}")]
     NoProbe { what: String },
     #[error("{first_error}, at {}:{line}", file.display())]
     BuildFailed { first_error: String, file: PathBuf, line: u32 },

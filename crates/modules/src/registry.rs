@@ -33,7 +33,7 @@ pub fn source_endings() -> Vec<&'static str> {
 /// Loads a code module from a file of any kind that a backend accepts. A file that was rebuilt under the same name can be loaded again
 /// while the old module is in use.
 ///
-/// Not for the real-time path: it starts processes and takes from 10 ms to some seconds.
+/// Not for the real-time path: it starts processes and takes between 10 ms and several seconds.
 ///
 /// # Errors
 /// Fails with a [`LoadError`] if the file has any fault; this process is not affected.
@@ -52,7 +52,7 @@ pub fn load(path: &Path, options: &LoadOptions) -> Result<LoadedModule, LoadErro
 /// exist.
 ///
 /// # Errors
-/// As for [`load`].
+/// Same as for [`load`].
 pub fn load_bytes(path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> Result<LoadedModule, LoadError> {
     let backend = by_bytes(&bytes).or_else(|| by_ending(path)).ok_or_else(|| unknown(path))?;
     backend.load_bytes(path, bytes, options)

@@ -73,7 +73,7 @@ fn macros_of_one_source_change_no_other() {
     let first = block_of(&folder, "first.c", &gain("first", "#define K 2.0", "K"));
     let second = block_of(&folder, "second.c", &gain("second", "#ifndef K\n#define K 3.0\n#endif", "K"));
     let said = why(fuse(&pair(first, second)));
-    assert!(said.contains("second.c' has a different text in one file with '") && said.ends_with("first.c': they share a macro"), "{said}");
+    assert!(said.contains("second.c' expands differently in one file with '") && said.ends_with("first.c', because they share a macro"), "{said}");
 }
 
 #[test]

@@ -48,19 +48,19 @@ fn a_name_that_is_taken() {
         check(name, &format!("in(double, {name}, \"raw\")"), &message);
     };
     for name in ["for", "int", "register", "static", "return"] {
-        taken(name, "a word of C");
+        taken(name, "a keyword of C");
     }
     for name in ["NULL", "OK", "linux"] {
         taken(name, "a macro of a header that blocks include");
     }
-    check("kind", "param(double[2], switch, (1, 2), \"modes\")", "'switch' cannot be the name of an item of block 'block': it is a word of C");
+    check("kind", "param(double[2], switch, (1, 2), \"modes\")", "'switch' cannot be the name of an item of block 'block': it is a keyword of C");
     for name in ["class", "new", "this", "template"] {
         check_in(
             "cpp",
             name,
             &format!("in(double, {name}, \"raw\")"),
             4,
-            &format!("'{name}' cannot be the name of an item of block 'block': it is a word of C++"),
+            &format!("'{name}' cannot be the name of an item of block 'block': it is a keyword of C++"),
         );
     }
 }

@@ -28,7 +28,7 @@ impl JoinedHosts {
     }
 }
 
-/// Fails: this build cannot lend its host.
+/// Fails, because this build cannot lend its host.
 ///
 /// # Errors
 /// Always fails, with the remedy.

@@ -22,7 +22,7 @@ pub(crate) struct ProcessWatchers {
     guard: Heartbeat,
     supervisor: Heartbeat,
     watchers: Option<(Duration, Watchers)>,
-    /// Canary whose end indicates that the supervisor is dying.
+    /// Canary whose exit indicates that the supervisor is dying.
     canary: Canary,
 }
 

@@ -76,19 +76,19 @@ impl GuardedProcess {
         self.is_ours.store(is_ours, Ordering::Release);
     }
 
-    /// Returns a message if the guard ended the process because it exceeded its maximum stall. May wait briefly for the guard.
+    /// Returns a message if the guard terminated the process because it exceeded its maximum stall. May wait briefly for the guard.
     pub fn stood_still(&self) -> Option<String> {
         let losses = self.seen.losses.lock().expect("nobody panics with the lock held");
         let said = self.seen.changed.wait_timeout_while(losses, SAID, |losses| !losses.contains_key(&self.ward));
         let (losses, _) = said.expect("nobody panics with the lock held");
         match losses.get(&self.ward) {
-            Some(guard::Cause::Frozen) => Some(format!("stood still for {} s (its heartbeat stopped), so it was ended", self.bounds.silent_ns as f64 * 1e-9)),
+            Some(guard::Cause::Frozen) => Some(format!("hung for {} s (its heartbeat stopped), so it was ended", self.bounds.silent_ns as f64 * 1e-9)),
             Some(guard::Cause::Stopped) => Some(format!("was stopped for {} s (SIGSTOP, a debugger), so it was ended", self.bounds.stopped_ns as f64 * 1e-9)),
             Some(guard::Cause::Died) | None => None,
         }
     }
 
-    /// Announces that the process is about to end in an orderly way.
+    /// Notifies the guard that the process is about to exit in an orderly way.
     pub fn forget(&self) {
         if !self.is_ours.load(Ordering::Acquire) {
             return;
@@ -230,7 +230,7 @@ fn bounds(lost_after: Option<Duration>) -> Bounds {
 /// Runs the guard process. After it exits, no shared memory or socket of the processes that it guarded remains.
 ///
 /// # Errors
-/// As for [`guard::run`].
+/// Same as for [`guard::run`].
 pub fn guard_processes() -> Result<(), String> {
     let guarded = guard::run();
     shared_memory::clean();
@@ -244,19 +244,19 @@ fn words(event: GuardEvent) -> (String, String) {
         GuardEvent::Lost(loss) => {
             let how = match loss.cause {
                 guard::Cause::Died => "has ended",
-                guard::Cause::Frozen => "stood still (its heartbeat stopped) and was ended",
+                guard::Cause::Frozen => "hung (its heartbeat stopped) and was ended",
                 guard::Cause::Stopped => "was stopped (SIGSTOP, a debugger) and was ended",
             };
             let written = written(&loss);
             (loss.name, format!("its process {how}; {written}"))
         }
         GuardEvent::MadeSafe(loss) => {
-            let how = if loss.cause == guard::Cause::Stopped { "is stopped (SIGSTOP, a debugger)" } else { "stands still (its heartbeat stopped)" };
+            let how = if loss.cause == guard::Cause::Stopped { "is stopped (SIGSTOP, a debugger)" } else { "hangs (its heartbeat stopped)" };
             let written = written(&loss);
             (loss.name, format!("its program {how}; {written}, and stay safe until reset() or reopen()"))
         }
         GuardEvent::GoesOn(name) => (name, "its program continues".to_owned()),
-        GuardEvent::Missing(missing) => ("guard".to_owned(), format!("it lacks real-time rights: {}", missing.join("; "))),
+        GuardEvent::Missing(missing) => ("guard".to_owned(), format!("it lacks real-time privileges: {}", missing.join("; "))),
         GuardEvent::Restarted { how, refused } if refused.is_empty() => {
             ("guard".to_owned(), format!("one of its two processes {how}; another one guards now, with all registrations"))
         }

@@ -167,7 +167,7 @@ impl ProcessorProcess for LentProcessor {
 /// Poll period for `stop`.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// Joins; returns `None` if `stop` returned true before there was an answer.
+/// Joins; returns `None` if `stop` returned true before an answer arrived.
 fn let_in(options: Options, stop: &dyn Fn() -> bool) -> Result<Option<Hosts>, String> {
     let (tell, told) = mpsc::channel();
     // If nobody waits for it any longer, the process exits.

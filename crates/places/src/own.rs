@@ -14,7 +14,7 @@ pub(crate) struct Own {
 }
 
 impl Own {
-    /// Guards this process for a processor. Fails with a message if it cannot be guarded.
+    /// Guards this process on behalf of one of its processors. Fails with a message if it cannot be guarded.
     pub fn guarded(guard: Arc<Guard>, ward: u64, processor: &str, bounds: Bounds) -> Result<Own, String> {
         let heart = Heartbeat::new().map_err(crate::text)?;
         let watched = Heartbeat::received(heart.descriptor().map_err(crate::text)?).map_err(crate::text)?;

@@ -48,8 +48,8 @@ pub fn processor() -> Result<(), String> {
     rtp::serve(&link, Service { reaches, black_box, door: SocketDoor::open(&belongings), terms })
 }
 
-/// Passes the safe handles of a device to the guard, and waits until the guard has received them. If there is no guard, this was reported
-/// when it exited.
+/// Passes the safe handles of a device to the guard, and waits until the guard has received them. If the guard has exited, this has
+/// already been reported.
 fn hand_over(handles: &UnixLink, device: &Device, is_open: bool) {
     let given = if is_open { device.safe_handles() } else { Arc::default() };
     if (is_open && given.is_empty()) || send_handles(handles, device.name(), &given).is_err() {

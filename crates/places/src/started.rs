@@ -45,7 +45,7 @@ pub struct Places {
 /// Maximum silence of a processor on this host. It beats every 20 ms, but a machine may be held up.
 const SILENCE: Duration = Duration::from_secs(5);
 
-/// Maximum CPU time of a real-time thread without sleeping.
+/// Maximum CPU time that a real-time thread may use without sleeping.
 const REAL_TIME_MAX: Duration = Duration::from_secs(5);
 
 /// Signal with which the guard kills a process.
@@ -56,7 +56,7 @@ const GRACE: Duration = Duration::from_secs(3);
 
 impl Places {
     /// Starts and finds processes for the processors of the system `system`. If `adopts` is true, it first looks for a surviving process
-    /// whose supervisor (of a system with this name) is gone, and starts a new one only if there is none.
+    /// whose supervisor (of a system with this name) has exited, and starts a new one only if there is none.
     pub fn new(system: &str, commands: Commands, adopts: bool) -> Places {
         let (run, telling) = (shared_memory::new_run(), Telling::default());
         Places {
@@ -78,7 +78,7 @@ impl Places {
             return Ok(None);
         }
         let Some(waiting) = adopting::find(&self.system, name)? else {
-            self.telling.tell("processor", name, "none of its processes waits for a new supervisor: one is started".to_owned());
+            self.telling.tell("processor", name, "none of its processes waits for a new supervisor: a new process is started".to_owned());
             return Ok(None);
         };
         let WaitingProcess { link, guard, process, heart } = waiting;
@@ -204,7 +204,8 @@ impl Drop for Process {
     }
 }
 
-const RETIRED_TEXT: &str = "has ended itself: a block could not be ended, in a library function that may hold a lock or with every signal masked";
+const RETIRED_TEXT: &str =
+    "has ended itself: a block could not be ended, because it was in a library function that may hold a lock, or had masked every signal";
 
 impl ProcessorProcess for Process {
     fn cause(&self) -> String {

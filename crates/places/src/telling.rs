@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Receiver of messages that this crate sends to people.
+//! Receiver of messages that this crate sends to users.
 use rtp::Tell;
 use std::sync::{Arc, OnceLock};
 
-/// Log of the system, once set; messages before that are dropped.
+/// Log of the system; messages sent before it is set are dropped.
 #[derive(Clone, Default)]
 pub(crate) struct Telling(Arc<OnceLock<Tell>>);
 

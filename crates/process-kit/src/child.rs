@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 /// Time within which a dropped child must exit by itself.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// A process. Dropping a process that was started here ends it, along with every process that it started in its own group, unless
+/// A process. Dropping a process that was started here terminates it, along with every process that it started in its own group, unless
 /// [`Child::leave`] is called. An adopted process continues when dropped.
 #[derive(Debug)]
 pub struct Child {
@@ -40,7 +40,8 @@ impl Child {
         }
     }
 
-    /// Wraps a process that another process started, by its descriptor: a returning supervisor adopts its predecessor's processes.
+    /// Wraps a process that another process started, identified by its descriptor. Used by a returning supervisor to adopt its
+    /// predecessor's processes.
     ///
     /// # Errors
     /// `InvalidData` if the descriptor does not refer to a process.

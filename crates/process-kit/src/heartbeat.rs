@@ -74,13 +74,13 @@ impl Heartbeat {
         self.memory.word(HELD_UP).store(by.map_or(0, |number| number as u64 + 1), Ordering::Release);
     }
 
-    /// Returns the reason for which a watcher ended the process: a number, starting at 1, on whose meaning all watchers agree; 0 if no
-    /// watcher ended it.
+    /// Returns the reason for which a watcher terminated the process: a number, starting at 1, on whose meaning all watchers agree; 0 if
+    /// no watcher terminated it.
     pub fn ended_for(&self) -> u64 {
         self.memory.word(ENDED_FOR).load(Ordering::Acquire)
     }
 
-    /// Records, for all other watchers, the reason for which the process is about to be ended. The first reason is kept.
+    /// Records, for all other watchers, the reason for which the process is about to be terminated. The first reason is kept.
     pub fn end_for(&self, why: u64) {
         // An existing reason is kept.
         let _first = self.memory.word(ENDED_FOR).compare_exchange(0, why, Ordering::AcqRel, Ordering::Acquire);

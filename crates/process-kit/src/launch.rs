@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Start of a process, which inherits only the named descriptors; all others are closed.
 //!
-//! It is started without copying this process: a fork marks every page of the parent, so that the next store of a real-time thread to
-//! each of them would cause a page fault.
+//! It is started without copying this process: a fork makes every page of the parent copy-on-write, so that the next store of a real-time
+//! thread to each of them would cause a page fault.
 use crate::{Child, DESCRIPTORS};
 use std::collections::BTreeMap;
 use std::ffi::{CStr, CString, OsString};
@@ -22,9 +22,9 @@ const FIRST: RawFd = 3;
 
 /// A process to be started: its command line, inherited descriptors, environment and limits.
 ///
-/// The process gets a process group of its own, so that Ctrl-C at the terminal does not reach it. It has no input, writes to the outputs
-/// of this process, and runs on the processor cores of this process's main thread, no matter which thread starts it. Its priority is
-/// ordinary unless it is started [urgently](Launch::urgently). It survives this process.
+/// The process gets a process group of its own, so that Ctrl-C at the terminal does not reach it. Its standard input is empty, its
+/// standard output and error are those of this process, and it runs on the CPU cores of this process's main thread, no matter which
+/// thread starts it. Its priority is ordinary unless it is started [urgently](Launch::urgently). It survives this process.
 #[derive(Debug)]
 pub struct Launch {
     command: Vec<OsString>,
@@ -35,7 +35,7 @@ pub struct Launch {
 }
 
 impl Launch {
-    /// Creates the launch of a program (searched for in `PATH` unless it contains a `/`) with its arguments.
+    /// Prepares the launch of a program (searched for in `PATH` unless it contains a `/`) with its arguments.
     pub fn new(command: impl IntoIterator<Item = OsString>) -> Launch {
         Launch {
             command: command.into_iter().collect(),
@@ -59,15 +59,15 @@ impl Launch {
     }
 
     /// Sets the CPU time that a real-time thread of the process may use without sleeping (`RLIMIT_RTTIME`): a runaway loop that exceeds
-    /// it is signalled and, one second later, killed. The limit applies from the first instruction, because it is inherited: a higher
-    /// limit of this process is lowered to the same value, because every process with kernels has such a limit. The default is the limit
-    /// of this process.
+    /// it is signalled and, one second later, killed. Because the limit is inherited, it applies from the first instruction. A higher
+    /// limit of this process is lowered to the same value; every process with kernels has such a limit. The default is the limit of this
+    /// process.
     pub fn real_time_max(mut self, limit: Duration) -> Launch {
         self.real_time_max = Some(limit);
         self
     }
 
-    /// Starts the process at the priority of the calling thread, which waits until the program is loaded: at a real-time priority, no
+    /// Starts the process at the priority of the calling thread, which waits until the program is loaded. At a real-time priority, no
     /// load delays either of them. The process keeps this priority until it sets another one.
     pub fn urgently(mut self) -> Launch {
         self.is_urgent = true;
@@ -201,8 +201,8 @@ fn duplicate(descriptor: RawFd, from: RawFd) -> io::Result<OwnedFd> {
     }
 }
 
-/// Lowers the limit of this process permanently: raising it again could affect a thread that relies on it. If this fails, `settle` sets
-/// the limit.
+/// Lowers the limit of this process permanently, because raising it again could affect a thread that relies on it. If this fails,
+/// `settle` sets the limit.
 fn limit_ours(limit: Duration) {
     let us = libc::rlim_t::try_from(limit.as_micros()).unwrap_or(libc::RLIM_INFINITY);
     // SAFETY: reads and lowers a limit of this process, through a value of our own.

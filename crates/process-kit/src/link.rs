@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 /// Maximum size of a frame: 64 MiB.
 pub const FRAME_LEN_MAX: usize = 64 << 20;
 const HEADER: usize = 8;
-/// Increment in which memory is allocated as bytes arrive, whatever length the header declares.
+/// Increment in which memory is allocated as bytes arrive, regardless of the length that the header declares.
 const ROOM: usize = 1 << 18;
 
 /// A frame with its descriptors.

@@ -18,7 +18,7 @@ pub struct Listener {
 
 /// Maximum number of pending connections.
 const WAITING_MAX: i32 = 16;
-/// Maximum time for which [`connect`] waits for room among the pending connections, and the time between two attempts.
+/// Maximum time for which [`connect`] waits for space in the queue of pending connections, and the time between two attempts.
 const CONNECT_MAX: Duration = Duration::from_secs(5);
 const TRY_AGAIN: Duration = Duration::from_millis(5);
 
@@ -88,16 +88,16 @@ impl Drop for Listener {
 /// Connects to the process that listens at `path`.
 ///
 /// # Errors
-/// `NotFound` or `ConnectionRefused` if no process listens there; `TimedOut` if one does, but has not taken earlier connections for
-/// some seconds.
+/// `NotFound` or `ConnectionRefused` if no process listens there; `TimedOut` if one does, but has not accepted earlier connections for several seconds.
 pub fn connect(path: &Path) -> io::Result<UnixLink> {
     connect_within(path, CONNECT_MAX)
 }
 
-/// Connects as [`connect`] does, and waits for at most `limit` for room among the pending connections. A stopped process takes none.
+/// Connects as [`connect`] does, and waits for at most `limit` until the queue of pending connections has space. A stopped process
+/// accepts no connections.
 ///
 /// # Errors
-/// As for [`connect`].
+/// Same as for [`connect`].
 pub fn connect_within(path: &Path, limit: Duration) -> io::Result<UnixLink> {
     let begun = Instant::now();
     loop {
@@ -118,7 +118,7 @@ pub fn is_abandoned(path: &Path) -> bool {
     matches!(try_to_connect(path), Err(error) if error.kind() == io::ErrorKind::ConnectionRefused)
 }
 
-/// Connects to a listening process, without waiting. Fails with `WouldBlock` if it has not taken earlier connections.
+/// Connects to a listening process, without waiting. Fails with `WouldBlock` if the process has not accepted earlier connections.
 fn try_to_connect(path: &Path) -> io::Result<UnixStream> {
     let (socket, (address, len)) = (socket()?, address(path)?);
     let stream = UnixStream::from(socket);
@@ -174,8 +174,8 @@ fn user_id() -> u32 {
     unsafe { libc::geteuid() }
 }
 
-/// Returns the folder of this user's sockets: `opengpac` in `XDG_RUNTIME_DIR`, otherwise `opengpac-USER` in the folder of temporary
-/// files. Creates it with mode 0700 if necessary.
+/// Returns the folder of this user's sockets: `opengpac` in `XDG_RUNTIME_DIR` or, if that is not set, `opengpac-USER` in the temporary
+/// folder. Creates it with mode 0700 if necessary.
 ///
 /// # Errors
 /// `PermissionDenied` if it was created by another user, or other users may enter it.
@@ -199,7 +199,7 @@ pub fn run_folder() -> io::Result<PathBuf> {
 /// Creates a new folder in [`run_folder`], with mode 0700. The caller must remove it.
 ///
 /// # Errors
-/// As for [`run_folder`].
+/// Same as for [`run_folder`].
 pub fn fresh_folder() -> io::Result<PathBuf> {
     let folder = run_folder()?;
     let process = std::process::id();

@@ -83,7 +83,7 @@ pub(crate) fn receive(socket: BorrowedFd<'_>, bytes: &mut [u8], descriptors: &mu
         }
     }
     if message.msg_flags & libc::MSG_CTRUNC != 0 {
-        return Err(io::Error::new(io::ErrorKind::InvalidData, "descriptors were lost on the way"));
+        return Err(io::Error::new(io::ErrorKind::InvalidData, "descriptors were lost in transit"));
     }
     Ok(received as usize)
 }

@@ -94,7 +94,7 @@ pub fn next_change(child: BorrowedFd<'_>, is_stopped: bool) -> ChildChange {
     }
 }
 
-/// Sends a signal to exactly this process. Returns false if it has exited, or the permission to signal it is missing.
+/// Sends a signal to exactly this process. Returns false if it has exited, or the caller is not permitted to signal it.
 pub fn signal(process: BorrowedFd<'_>, signal: i32) -> bool {
     // SAFETY: takes no memory of ours.
     unsafe { libc::syscall(libc::SYS_pidfd_send_signal, process.as_raw_fd(), signal, std::ptr::null::<libc::siginfo_t>(), 0) == 0 }

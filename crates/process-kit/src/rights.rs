@@ -25,7 +25,7 @@ pub fn may_lock_all() -> bool {
 fn ignores_the_limit() -> bool {
     const VERSION_3: u32 = 0x2008_0522;
     const IPC_LOCK: u32 = 1 << 14;
-    /// Effective, permitted and inheritable sets, first for capabilities 0 to 31, then for the higher ones.
+    /// Effective, permitted and inheritable capability sets, first for capabilities 0 to 31, then for the higher ones.
     type Sets = [[u32; 3]; 2];
     let (who, mut sets) = ([VERSION_3, 0], Sets::default());
     // SAFETY: the kernel reads a version and a process (0: this one), and writes the sets of that version.

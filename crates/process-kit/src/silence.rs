@@ -2,8 +2,8 @@
 //! Silence of the other side, as measured by this side, which polls occasionally.
 use std::time::{Duration, Instant};
 
-/// Maximum time counted between two polls: any excess is a suspension of this side or of the whole machine, not silence of the other
-/// side.
+/// Maximum time counted between two polls: any excess counts as a suspension of this side or of the whole machine, not as silence of the
+/// other side.
 const LOOK_MAX: Duration = Duration::from_millis(250);
 
 /// Time since the last message of the other side.

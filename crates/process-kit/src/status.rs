@@ -35,7 +35,7 @@ impl fmt::Display for Status {
     }
 }
 
-/// Returns the name and meaning of a signal that ends processes.
+/// Returns the name and meaning of a signal that terminates processes.
 fn signal_words(signal: i32) -> Option<(&'static str, &'static str)> {
     Some(match signal {
         libc::SIGKILL => ("SIGKILL", "it was killed, or memory ran out"),

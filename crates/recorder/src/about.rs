@@ -7,7 +7,7 @@ use serde::Serialize;
 use serde_json::Value as Json;
 use std::collections::BTreeMap;
 
-/// Maximum number of chunks that are read to find the verbs, and to find the ends.
+/// Maximum number of chunks that are read to find the verbs, and again to find the ends.
 const CHUNKS_MAX: usize = 32;
 
 /// Description of the contents of a recording.
@@ -38,9 +38,9 @@ pub struct RecordingContents {
     pub ends: Vec<RecordedEnd>,
     /// Number of lost messages by channel; channels without losses are omitted.
     pub lost: BTreeMap<String, u64>,
-    /// Unreadable parts of the file found so far: the content of a chunk is checked when it is first read.
+    /// Unreadable parts of the file that have been found so far. The content of a chunk is checked when it is first read.
     pub damage: Vec<DamagedPart>,
-    /// Description of the system in the file: `configuration` is the answer of the `configuration` call as JSON.
+    /// Description of the system in the file: `configuration` is the answer to the `configuration` call as JSON.
     pub metadata: BTreeMap<String, String>,
 }
 

@@ -126,8 +126,8 @@ impl Archive {
         self.index().tracks.contains_key(channel)
     }
 
-    /// Returns the value, number and time in ns of an SVV or cell as last stored at a time; `None` if there was no value yet or the name
-    /// does not exist.
+    /// Returns the most recent value of an SVV or cell at a given time, with its number and its time in ns; `None` if no value had been
+    /// stored yet or the name does not exist.
     pub fn reading_at(&self, name: &str, time_ns: i64) -> Result<Option<(Value, u64, i64)>, Refusals> {
         let found = self.value_at(name, time_ns)?;
         let index = self.index();
@@ -135,7 +135,7 @@ impl Archive {
         Ok(found.zip(of).map(|((bytes, number, at_ns), of)| (of.value_type.decode(&bytes), number, at_ns)))
     }
 
-    /// Returns such a reading with the value as bytes in the memory layout of its type.
+    /// Returns the same as [`Archive::reading_at`], but with the value as bytes in the memory layout of its type.
     pub(crate) fn value_at(&self, name: &str, time_ns: i64) -> Result<Option<Reading>, Refusals> {
         let index = self.index();
         let Some(Track { values: Some(values), .. }) = index.tracks.get(name) else { return Ok(None) };
@@ -168,8 +168,8 @@ impl Archive {
         Ok((found, track.before.get(end).copied()))
     }
 
-    /// Returns the next time, after or before this one, at which a value of any SVV or cell was stored; this is the next firing that
-    /// stored a value.
+    /// Returns the nearest time at which a value of any SVV or cell was stored, after this time if `forward` is true, otherwise before
+    /// it. This is the next or previous firing that stored a value.
     pub fn firing(&self, time_ns: i64, forward: bool) -> Result<Option<i64>, Refusals> {
         let index = self.index();
         let time = unsigned(time_ns);
@@ -217,7 +217,8 @@ impl Archive {
         self.digests.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Returns the unreadable parts of the file found so far, in order: the content of a chunk is checked when it is read.
+    /// Returns the unreadable parts of the file that have been found so far, in order. The content of a chunk is checked when it is first
+    /// read.
     pub fn damage(&self) -> Vec<DamagedPart> {
         let index = self.index();
         let mut found = index.file.damage();
@@ -309,7 +310,7 @@ impl Index {
     }
 }
 
-/// Returns, for each position, the minimum of it and all later positions.
+/// Returns, for each position, the minimum of the values at this position and all later ones.
 fn minima(of: impl DoubleEndedIterator<Item = u64>) -> Vec<u64> {
     let mut found: Vec<u64> = of
         .rev()

@@ -145,7 +145,7 @@ impl Book {
         }
     }
 
-    /// Writes the number of lost messages at the time of the next message.
+    /// Writes the number of lost messages, with the time of the next message.
     fn tell_loss(&mut self, channel: ChannelId, count: u64, page: &Page) {
         let time = page.entries.first().map_or(0, |entry| u64::try_from(entry.time_ns).unwrap_or(0));
         let Some(writer) = &mut self.writer else { return };
@@ -205,8 +205,8 @@ impl Book {
     }
 }
 
-/// Registers a channel and returns its number. Any channel beyond the maximum of 65,535 per file gets the number 0, and all its messages
-/// are lost.
+/// Registers a channel and returns its number. Any channel beyond the maximum of 65,535 per file is assigned the number 0, and all its
+/// messages are lost.
 fn enter(writer: Option<&mut mcap::Writer<Box<dyn Sink>>>, of: &Definition) -> u16 {
     let Some(writer) = writer else { return 0 };
     let id = writer.channel(&of.topic, of.encoding, of.schema.as_ref(), &of.metadata);

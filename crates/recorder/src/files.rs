@@ -21,7 +21,7 @@ const KEEP_MIN: u32 = 2;
 pub(crate) struct Bounds {
     /// Size at which the next file is started, bytes.
     pub split: Option<u64>,
-    /// Number of files to keep; beyond it the oldest is deleted.
+    /// Maximum number of files to keep; when it is exceeded, the oldest file is deleted.
     pub keep: Option<u32>,
 }
 
@@ -34,7 +34,7 @@ impl Bounds {
                 refused("files are to be kept, but the recording has only one".to_owned(), "also give the size at which the next file begins")
             }
             Bounds { split: Some(split), .. } if split < SPLIT_MIN => {
-                refused(format!("a file of a recording cannot end at {split} bytes"), "give 1 MB or more")
+                refused(format!("the file size of a recording cannot be {split} bytes"), "give 1 MB or more")
             }
             Bounds { keep: Some(keep), .. } if keep < KEEP_MIN => {
                 refused(format!("{keep} files cannot be kept"), "keep 2 or more: the one being written, and a complete one")
@@ -210,6 +210,6 @@ fn name_of(path: &Path) -> String {
 /// Returns the reason why no more data may be written if the disk is too full.
 fn too_full(space: Space) -> Option<String> {
     let mega = |bytes: u64| bytes / 1_000_000;
-    let said = || format!("the disk has {} MB free, but a recording leaves {} MB for what else is written there", mega(space.free), mega(space.spared));
+    let said = || format!("the disk has {} MB free, but a recording leaves {} MB free for other files", mega(space.free), mega(space.spared));
     (space.free < space.spared).then(said)
 }

@@ -55,7 +55,7 @@ impl Disk {
         Disk { path: path.to_owned(), begun: false }
     }
 
-    /// Creates a folder that names new files after the last existing file of the series.
+    /// Creates a folder whose new files continue the series after its last existing file.
     pub fn behind(path: &Path) -> Disk {
         Disk { path: path.to_owned(), begun: true }
     }
@@ -102,14 +102,14 @@ fn parent(path: &Path) -> &Path {
 /// Returns the next path in the series of a recording: `run.mcap`, then `run-2.mcap`, `run-3.mcap` and so on, after the last one that
 /// exists.
 ///
-/// Gaps in the numbers are not filled, so that the order of the numbers is the order in time.
+/// Gaps in the numbers are not filled, so that numerical order is chronological order.
 pub fn next_beside(path: &Path) -> PathBuf {
     let (stem, ending) = parts(path);
     let last = series(path).pop().map(|(number, _)| number);
     last.map_or_else(|| path.to_owned(), |last| path.with_file_name(format!("{stem}-{}{ending}", last.saturating_add(1).max(2))))
 }
 
-/// Returns the existing files of the series of `path` with their numbers, in that order; `path` itself is number 1.
+/// Returns the existing files of the series of `path` with their numbers, in numerical order; `path` itself is number 1.
 pub(crate) fn series(path: &Path) -> Vec<(u64, PathBuf)> {
     let (stem, ending) = parts(path);
     let number = |name: &str| name.strip_prefix(&stem)?.strip_suffix(&ending)?.strip_prefix('-')?.parse::<u64>().ok();

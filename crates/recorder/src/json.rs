@@ -114,7 +114,7 @@ fn number(json: &Json) -> Option<f64> {
     }
 }
 
-/// Returns the schema of a value's messages: `{"number", "value"}`.
+/// Returns the schema of the messages that contain values of a type: `{"number", "value"}`.
 pub(crate) fn schema(of: &Type, unit: &str) -> Json {
     let mut value = schema_of(of);
     if !unit.is_empty() {

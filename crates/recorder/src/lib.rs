@@ -7,9 +7,9 @@
 //! between them is bounded: messages that do not fit, because the disk is slow or full, are counted as lost, by channel, and never slow
 //! down the machine. If the clock is virtual, time waits for the recorder instead.
 //!
-//! A message is JSON with a JSON schema: Foxglove and PlotJuggler open both without plug-ins, people can read them, and numbers are
-//! restored bit for bit. A million values of `double` take about 60 MB before compression, which costs less than a tenth of a core at 64
-//! channels of 1 kHz, so neither batches nor another encoding are needed. Chunks are compressed with LZ4, and are complete when they
+//! Messages are JSON with a JSON schema: Foxglove and PlotJuggler open them without plug-ins, people can read them, and numbers are
+//! restored bit for bit. A million values of `double` take about 60 MB before compression, and recording 64 channels of 1 kHz takes less
+//! than a tenth of a core, so neither batches nor another encoding are needed. Chunks are compressed with LZ4, and are complete when they
 //! reach the file: if the process is killed, everything can be read except its last chunk, which covers at most one second.
 mod about;
 mod archive;
@@ -45,7 +45,7 @@ pub use span::{Span, Trace};
 
 /// Name of the metadata record that describes the recorded system: name, version, clock, configuration.
 pub const ABOUT: &str = "opengpac";
-/// Name of the metadata record at the end of a file that contains the number of lost messages by channel.
+/// Name of the metadata record that contains the number of lost messages by channel; it is written at the end of a file.
 pub const LOST: &str = "lost";
 /// Topic of log entries, in the format that `log` returns.
 pub const LOG: &str = "/log";

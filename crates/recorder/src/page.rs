@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Pages of messages that are passed to the file.
+//! Pages: batches of messages to be written to the file.
 use crate::GEOMETRY;
 use mcap::Schema;
 use std::collections::BTreeMap;
@@ -23,8 +23,8 @@ pub(crate) struct Definition {
 }
 
 impl Definition {
-    /// Returns true for channels with few messages, such as log, ends and statistics, which readers read as a whole instead of collecting
-    /// them from all chunks that contain values.
+    /// Returns true for channels with few messages, such as the log, ends and statistics. Readers read their messages as a whole, instead
+    /// of collecting them from all chunks that contain values.
     pub fn is_apart(&self) -> bool {
         self.encoding == JSON && !self.metadata.contains_key("kind")
     }

@@ -71,7 +71,7 @@ pub struct Summary {
     pub failure: Option<String>,
 }
 
-/// A recording. Ended by [`Recorder::stop`], or together with its system.
+/// A recording in progress. It ends with [`Recorder::stop`], or together with its system.
 pub struct Recorder {
     room: Arc<Room>,
     stops: Arc<AtomicBool>,
@@ -93,8 +93,8 @@ impl State {
 
 /// Period at which the sources are drained.
 const LOOK: Duration = Duration::from_millis(20);
-/// Maximum time for which messages are collected into a chunk, and therefore the time that is lost if the process is killed. In a
-/// recording for replay, the lost data are the inputs that killed the process.
+/// Maximum time for which messages are collected into a chunk, and therefore the time that is lost if the process is killed.
+/// `CHUNK_MAX_REPLAY` applies to a recording for replay, in which the lost messages would be the inputs that killed the process.
 const CHUNK_MAX: Duration = Duration::from_secs(1);
 const CHUNK_MAX_REPLAY: Duration = Duration::from_millis(100);
 
@@ -121,7 +121,7 @@ impl Recorder {
         let files = Files::begin(folder, bounds, said, left, chunk_max).map_err(|why| {
             let remedy = match why.kind() {
                 ErrorKind::AlreadyExists => "give it another name, or delete that file",
-                ErrorKind::StorageFull => "make room on that disk, or record on another one",
+                ErrorKind::StorageFull => "free up space on that disk, or record on another one",
                 _ => "check that the folder exists and that you may write there",
             };
             cannot(why.to_string(), remedy)
@@ -236,8 +236,8 @@ fn text_of(answer: &impl Serialize) -> String {
     serde_json::to_string(answer).expect("an answer of the supervisor has a JSON form")
 }
 
-/// Updates the configuration in the description of a recording; returns true if it has grown. A recording for replay starts before any
-/// hardware is configured. If the configuration is dismantled at the end, the previous one is kept.
+/// Updates the configuration in the description of a recording; returns true if it has grown. An update is needed because a recording for
+/// replay starts before any hardware is configured. When the configuration is dismantled at the end, the previous one is kept.
 fn tell_more(system: &System, said: &mut BTreeMap<String, String>) -> bool {
     let now = about(system);
     let tells = |about: &BTreeMap<String, String>| about.get("configuration").map_or(0, String::len);
@@ -309,7 +309,7 @@ impl Drain {
     }
 }
 
-/// Writes pages until none are left. If the file can no longer be written, the recording ends.
+/// Writer of the pages, which runs until none are left. If the file can no longer be written, the recording ends.
 struct Writer {
     room: Arc<Room>,
     stops: Arc<AtomicBool>,
@@ -335,7 +335,7 @@ impl Writer {
                 self.stops.store(true, Ordering::Release);
             } else if loses {
                 has_lost = true;
-                self.system.note("recorder", "system", "values are lost: the disk is too slow, or they come too fast");
+                self.system.note("recorder", "system", "values are lost: the disk is too slow, or they arrive too fast");
             }
             rollover.undeleted.into_iter().for_each(|why| self.system.note("recorder", "system", &why));
         }

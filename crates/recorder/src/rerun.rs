@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 use supervisor::{Companion, System};
 
-/// Replay of a recording in progress. Ended by [`Again::stop`], or together with its system.
+/// Replay of a recording in progress. It ends with [`Again::stop`], or together with its system.
 pub struct Again {
     path: PathBuf,
     apart: Apart,
@@ -28,7 +28,7 @@ impl Again {
             vec![Refusal::new(Class::InvalidState, message).remedy(remedy)]
         };
         if !archive.has(replay::TOPIC) {
-            return Err(cannot("it has nothing to replay".to_owned(), "record with replay=True, before the first interrupt source is made"));
+            return Err(cannot("it has nothing to replay".to_owned(), "record with replay=True, before the first interrupt source is created"));
         }
         let Some((command, python)) = system.replay_command() else {
             return Err(cannot("this system has no way to start processes".to_owned(), "run it again with 'opengpac replay'"));
@@ -50,7 +50,7 @@ impl Again {
         self.apart.stop();
     }
 
-    /// Adds the differing value if only a digest is known, because the recording also contains values of SVVs.
+    /// Adds the differing value, read from the recorded values of SVVs, if the replay knows only a digest of it.
     fn told(&self, found: ReplayResult) -> ReplayResult {
         let mut known = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         known

@@ -20,7 +20,7 @@ fn put_json(page: &mut Page, channel: ChannelId, time_s: f64, sequence: u64, mes
     page.put(channel, time_ns, sequence, |out| serde_json::to_writer(out, message).expect("a record of the supervisor has a JSON form"));
 }
 
-/// Records that the supervisor numbers and keeps for some time, such as log entries and end reports.
+/// Source of numbered records that the supervisor keeps for some time, such as log entries and end reports.
 pub(crate) struct NumberedRecords<T> {
     system: System,
     next: u64,
@@ -33,7 +33,7 @@ pub(crate) struct NumberedRecords<T> {
 }
 
 impl NumberedRecords<Entry> {
-    /// Creates the source of log entries, starting with the next one: conditions, faults, transitions, starts, commands.
+    /// Creates the source of log entries (conditions, faults, transitions, starts, commands), starting with the next entry.
     pub fn log(system: System) -> NumberedRecords<Entry> {
         let text = || json!({"type": "string"});
         let properties = json!({"sequence": {"type": "integer"}, "time_s": {"type": "number"}, "kind": text(), "about": text(), "text": text()});
@@ -110,7 +110,7 @@ impl Source for Timing {
     }
 }
 
-/// All external inputs of the interrupt sources, and the scripts: the input of a replay.
+/// All external inputs of the interrupt sources, and all scripts. Together they are the input of a replay.
 pub(crate) struct Inputs {
     system: System,
     recording: replay::Recording,

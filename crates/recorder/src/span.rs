@@ -26,9 +26,9 @@ pub struct Span {
 }
 
 impl Archive {
-    /// Returns channels between two times (inclusive) in `columns` columns. Reads at most `chunks_max` uncached chunks, starting at
-    /// `since`, which is 0 or the `next` of the previous part. A chunk shorter than a column belongs to the column in which it begins.
-    /// Fails if a name is not that of an SVV or cell of the recording.
+    /// Returns the values of channels between two times (inclusive), summarised in `columns` columns. Reads at most `chunks_max` uncached
+    /// chunks, starting at `since`, which is 0 or the `next` of the previous part. A chunk shorter than a column belongs to the column in
+    /// which it begins. Fails if a name is not that of an SVV or cell of the recording.
     pub fn span(&self, names: &[String], (from_ns, to_ns): (i64, i64), columns: usize, since: usize, chunks_max: usize) -> Result<Span, Refusals> {
         let index = self.index();
         let tracks: Vec<(&String, &Track, &Values)> = names.iter().map(|name| self.track(&index, name)).collect::<Result<_, _>>()?;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! State of the system that readers need to display a recording as they display the running system: definitions, statistics, alarms,
-//! shapes of devices.
+//! State of the system that readers need to display a recording as they display the running system: definitions, statistics, alarms, and
+//! device shapes.
 use crate::page::{ChannelId, Page};
 use crate::shapes::Shapes;
 use crate::{ALARMS, GEOMETRY, INSTALLED, STATISTICS};
@@ -110,7 +110,7 @@ impl State {
     }
 }
 
-/// Returns the time at which an alarm last occurred, returned or was acknowledged.
+/// Returns the time at which any alarm was last raised, cleared or acknowledged.
 fn changed_ns(alarms: &AlarmList) -> Option<i64> {
     let times = |alarm: &Alarm| [Some(alarm.time_ns), alarm.returned_ns, alarm.acknowledged_ns];
     alarms.current.iter().chain(&alarms.history).flat_map(times).flatten().max()

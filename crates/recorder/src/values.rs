@@ -24,7 +24,7 @@ struct Channel {
     held: Option<HeldValue>,
 }
 
-/// A value that was not stored by a block, and whose time the clock has not passed yet.
+/// A value that was not stored by a block, held back until the clock has passed its time.
 struct HeldValue {
     time_ns: i64,
     number: u64,

@@ -14,7 +14,7 @@ pub struct Difference {
     pub number: u64,
     /// Release time of the firing, ns on the clock of the record.
     pub time_ns: i64,
-    /// True if a script caused the difference between two firings (an `execute`, a start).
+    /// True if a script, such as an `execute` or a start, caused the difference between two firings.
     pub between: bool,
     /// Block, with its instance, and port; `None` if only the execution of the source differs.
     pub port: Option<(String, String)>,

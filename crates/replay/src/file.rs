@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Records in MCAP files: consecutive items on the channel [`TOPIC`], numbered from 0. The recorder writes the whole file; its other
-//! channels are its own.
+//! Storage of records in MCAP files: consecutive items on the channel [`TOPIC`], numbered from 0. The recorder writes the whole file, and
+//! defines the other channels.
 use crate::recording::Item;
 use mcap::{Record, Unreadable};
 use runtime::trace::Entry;
@@ -13,7 +13,7 @@ pub const TOPIC: &str = "/replay";
 /// Encoding of the channel's messages: items serialized by postcard.
 pub const ENCODING: &str = "opengpac.replay.1";
 
-/// Reads a record.
+/// Reader of a record.
 pub struct Reader {
     file: mcap::Reader<File>,
     channel: Option<u16>,

@@ -121,7 +121,7 @@ impl DifferenceText {
     }
 }
 
-/// Formats the elements of a value without loss of any bit; as hexadecimal digits if it contains no numbers.
+/// Formats the elements of a value without loss of any bit. A value that contains no numbers is formatted as hexadecimal digits.
 pub fn elements(type_text: &str, bytes: &[u8]) -> Vec<String> {
     let numbers: Vec<String> = (0..).map_while(|element| number(type_text, bytes, element)).map(|number| format!("{number:?}")).collect();
     if numbers.is_empty() && !bytes.is_empty() {

@@ -3,9 +3,9 @@
 //! the code of the blocks. Therefore the same blocks compute the same values, bit for bit, under the record's clock. Neither the
 //! supervisor nor the programming system is needed, because their decisions are in the scripts.
 //!
-//! [`Recording`] gathers the items of a record while it is being made, [`Player`] replays them, and [`Comparison`] runs them with other
-//! code in parallel with the recorded code and names the first difference. [`Reader`] reads items from a recording's file, [`Run`]
-//! combines all of these for a command, and [`Apart`] does the same in a separate process while a system runs.
+//! [`Recording`] gathers the items of a record in progress, [`Player`] replays them, and [`Comparison`] runs them with other code in
+//! parallel with the recorded code and reports the first difference. [`Reader`] reads items from a recording's file, [`Run`] combines all
+//! of these for a command, and [`Apart`] does the same in a separate process while a system runs.
 mod apart;
 mod comparison;
 mod condition;

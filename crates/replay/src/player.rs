@@ -62,7 +62,7 @@ struct SvvCell {
     cell: Option<Cell>,
 }
 
-/// Replays a record.
+/// Player of a record.
 pub struct Player {
     host: Arc<Host>,
     ground: RecordedScript,
@@ -107,7 +107,7 @@ impl Player {
             }
             Entry::Device { name, channels } => {
                 if let Some(channel) = channels.iter().find(|channel| !is_sound(channel)) {
-                    return Err(Unplayable(format!("channel '{}' of device '{name}' is impossible: the record is damaged", channel.name)));
+                    return Err(Unplayable(format!("channel '{}' of device '{name}' is invalid: the record is damaged", channel.name)));
                 }
                 self.ground.devices.insert(name.clone(), channels.clone());
             }

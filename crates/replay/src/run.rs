@@ -150,7 +150,7 @@ impl Run {
             let known = if self.modules.is_empty() { "only the library".to_owned() } else { self.modules.join(", ") };
             return Err(format!("the record has no code module '{name}' that could be replaced; it has {known}"));
         }
-        let message = if self.reader.is_cut_off() { "the file ends in the middle: its recorder was stopped" } else { "" };
+        let message = if self.reader.is_cut_off() { "the file is incomplete: its recorder was stopped" } else { "" };
         Ok(self.found(StopReason::End, None, message.to_owned()))
     }
 

@@ -39,7 +39,7 @@ impl CodeFile {
     }
 }
 
-/// Returns the code modules in a file, up to the point where it can be read, without running them.
+/// Returns the code modules in a file, as far as the file can be read, without running them.
 ///
 /// # Errors
 /// Fails with a message if the file does not exist or is not a record.
@@ -88,7 +88,7 @@ impl Trust {
 fn refusal(path: &str, strange: &[CodeFile]) -> String {
     let told: Vec<String> = strange.iter().map(|one| format!("'{}' ({} bytes, SHA-256 {})", one.name, one.len, one.sha256)).collect();
     format!(
-        "'{path}' contains native code, which a replay runs with all your rights: {}; the file does not say who built it: if you trust its origin, replay it with trust=True (opengpac replay --trust)",
+        "'{path}' contains native code, which a replay runs with all your privileges: {}; the file does not say who built it: if you trust its origin, replay it with trust=True (opengpac replay --trust)",
         told.join(", ")
     )
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processor side: carries out orders of the commander.
+//! Processor side: carries out orders from the commander.
 use crate::heart;
 use crate::protocol::{Answer, News, Order, VERSION, frame, opened};
 use crate::script_context::Grounds;
@@ -37,7 +37,7 @@ pub(crate) struct Agent {
     passed: HashSet<SourceId>,
     /// Options with which each device was opened, and its driver's description of itself.
     opened: HashMap<String, Opening>,
-    /// Tables in force in each source, or about to be.
+    /// Table of each source that is in force, or about to be.
     pub held: BTreeMap<SourceId, Holding>,
     pub terms: Arc<Terms>,
     /// Agent of processes that already run here and that this commander will take over.
@@ -271,7 +271,7 @@ impl Agent {
         Ok(())
     }
 
-    /// Reports to the commander which remote sources local channels raise.
+    /// Reports to the commander which remote sources are raised by local channels.
     fn pass_on(&mut self) -> Result<(), String> {
         let raised: Vec<SourceId> =
             locked(&self.shared.reader).raised().filter(|source| !self.passed.contains(source) && self.mine(*source).is_err()).collect();
@@ -311,7 +311,7 @@ impl Agent {
         Ok(Answer::Opened { channels, description })
     }
 
-    /// Carries out a service of a driver on a separate thread, because it may take long; orders are processed in the meantime.
+    /// Carries out a service of a driver on a separate thread, because it may take a long time; orders are processed in the meantime.
     fn serve(&self, ticket: u64, device: &str, service: String, arguments: String) {
         let Some(beside) = locked(&self.shared.besides).get(device).cloned() else {
             return self.answer(ticket, Answer::Refused(format!("device '{device}' is not open there")));
@@ -335,7 +335,7 @@ impl Agent {
         self.before.as_ref().is_some_and(|before| before.opened.contains_key(name))
     }
 
-    /// Opens the heir of the device of that name that already runs here. Fails with a message if it is a different device.
+    /// Opens the heir of the device with this name that already runs here. Fails with a message if it is a different device.
     fn open_heir(&self, name: &str, kind: &str, options: &serde_json::Value) -> Result<Option<(Arc<Device>, String, Beside)>, String> {
         let Some(before) = &self.before else { return Ok(None) };
         let device = locked(&before.shared.devices).get(name).cloned();

@@ -32,7 +32,7 @@ impl Code {
     pub fn load(&mut self, key: &str, name: &str, bytes: &[u8]) -> Result<(), String> {
         let module = Module::new(name, bytes.into());
         if module.key() != key {
-            return Err(format!("module '{name}' is damaged: it was changed on its way"));
+            return Err(format!("module '{name}' is damaged: it was changed in transit"));
         }
         if self.known.keys().any(|known| known.module == key) {
             return Ok(());

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Heartbeat of a process: it beats as long as the local sources serve, on a thread of its own that never waits for sockets, disks or
-//! locks held by writers, whether or not there is a watcher. A remote processor has one, and so does a program whose processors are
-//! threads.
+//! Heartbeat of a process: it beats as long as the local sources serve, whether or not there is a watcher. It runs on its own thread,
+//! which never waits for sockets, disks or locks held by writers. A remote processor has a heartbeat, and so does a program whose
+//! processors are threads.
 //!
-//! It runs above every kernel if the process has the privilege, so that a process whose kernels fire does not appear frozen when other
-//! threads, here or in another program, occupy the cores for half a second.
+//! The thread has a priority above every kernel if the process has the privilege, so that a process whose kernels fire does not appear
+//! frozen when other threads, here or in another program, occupy the cores for half a second.
 use crate::service::Terms;
 use crate::shared::{ProcessorState, locked};
 use kernel::SourceId;
@@ -16,13 +16,13 @@ use std::time::Duration;
 /// Time between two beats.
 pub const BEAT: Duration = Duration::from_millis(20);
 
-/// Time without a firing after which a timer counts as stuck, if it also exceeds a number of periods. A machine may be held up for half a
-/// second.
+/// Time without a firing after which a timer counts as stuck, provided that it also exceeds a number of periods. Allows for a machine
+/// that is held up for half a second.
 const STUCK_NS: i64 = 1_000_000_000;
 const STUCK_PERIODS: i64 = 10;
 
-/// Runs the heart of a processor until the processor ends. If it is watched by neither the guard nor the supervisor, every output is safe
-/// from the next firing on, and the heart stops.
+/// Runs the heart of a processor until the processor ends. If it is watched by neither the guard nor the supervisor, every output is kept
+/// safe from the next firing on, and the heart stops.
 pub(crate) fn run(shared: &ProcessorState, terms: &Terms) {
     runtime::take_for_heart();
     let mut firings = Firings::default();
@@ -43,7 +43,7 @@ pub(crate) fn run(shared: &ProcessorState, terms: &Terms) {
     }
 }
 
-/// Number of firings of each timer, and the time of the latest new one.
+/// Number of firings of each timer, and the time at which a new firing was last seen.
 #[derive(Default)]
 pub struct Firings(HashMap<SourceId, (u64, i64)>);
 

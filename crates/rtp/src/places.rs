@@ -15,7 +15,7 @@ pub type Near = Box<dyn Ends>;
 /// Starts processors in processes of this host, and finds processors that have joined from other hosts. Passed to a system by its
 /// creator.
 pub trait Places: Send + Sync {
-    /// Sets the receiver of messages for people. Called once, before the first process.
+    /// Sets the receiver of messages for users. Called once, before the first process.
     fn tell_to(&self, _tell: Tell) {}
 
     /// Starts a process of this host for processors: `name` is the name of its only processor, or the common name if several share it.
@@ -36,7 +36,7 @@ pub trait Places: Send + Sync {
     /// Allows other hosts to join; `options`: JSON. `epoch_ns`: epoch of the system, on CLOCK_MONOTONIC.
     ///
     /// # Errors
-    /// Fails with a message if the address is in use, or not secured as required.
+    /// Fails with a message if the address is in use, or is not secured as required.
     fn listen(&self, _options: &str, _epoch_ns: i64) -> Result<(), String> {
         Err(NO_HOSTS.to_owned())
     }
@@ -57,8 +57,8 @@ pub trait Places: Send + Sync {
     fn host(&self, host: &str, processor: &str) -> Result<StartedProcessor, String>;
 }
 
-/// Replaces the handles with which the guard makes a device safe, and waits until the guard has received them. The list is empty if the
-/// device was closed.
+/// Function that replaces the handles with which the guard makes a device safe, and waits until the guard has received them. The list is
+/// empty if the device was closed.
 pub type Holder = Box<dyn Fn(&str, &[SafeHandle]) -> Result<(), String> + Send + Sync>;
 
 /// A processor of this process, guarded until this value is dropped.
@@ -66,14 +66,14 @@ pub trait ProcessorHold: Send + Sync {
     /// Returns the function that passes handles to the guard; it may outlive this value.
     fn holder(&self) -> Holder;
 
-    /// Reports that the local kernels serve. Never blocks.
+    /// Reports that the local kernels are serving. Never blocks.
     fn beat(&self);
 }
 
 /// Maximum silence of each side of a remote processor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bounds {
-    /// Time after which a processor in a process of this host is ended if its heart stops beating; `None`: the guard decides.
+    /// Time after which a processor in a process of this host is terminated if its heart stops beating; `None`: the guard decides.
     pub lost_after: Option<Duration>,
     /// Time for which a process that continues without its commander waits for a supervisor to take it over.
     pub patience: Duration,
@@ -87,7 +87,7 @@ impl Default for Bounds {
     }
 }
 
-/// Reports to people: kind, subject, text.
+/// Function that reports a message to the user: kind, subject, text.
 pub type Tell = Box<dyn Fn(&'static str, &str, String) + Send + Sync>;
 
 /// A processor that runs but has not been greeted yet.
@@ -106,27 +106,27 @@ pub struct StartedProcessor {
 
 /// The process of a processor.
 pub trait ProcessorProcess: Send + Sync {
-    /// Returns a description of the reason why the process ended: `was killed by signal 9 (SIGKILL)`. May wait briefly until the reason
-    /// is known.
+    /// Returns the reason why the process ended, for example `was killed by signal 9 (SIGKILL)`. May wait briefly until the reason is
+    /// known.
     fn cause(&self) -> String;
 
-    /// Returns the step that source `place` of the process, in order of creation, was last seen running; `None` if it was not running a
-    /// step.
+    /// Returns the step that was last seen running in a source of the process; `place` is the index of the source, in order of creation.
+    /// Returns `None` if no step was running.
     fn step(&self, _place: usize) -> Option<u32> {
         None
     }
 
-    /// Returns the index, in the same order, of the timer that was last seen to keep the heart from beating; `None` if there was none.
+    /// Returns the index, in order of creation, of the timer that was last seen to keep the heart from beating; `None` if there was none.
     fn stuck(&self) -> Option<usize> {
         None
     }
 
-    /// Announces that the process is about to be asked to exit.
+    /// Notifies the implementation that the process is about to be asked to exit.
     fn ending(&self) {}
 
-    /// Announces that the process was adopted, and now belongs to this side.
+    /// Notifies the implementation that the process was adopted, and now belongs to this side.
     fn taken_over(&self) {}
 
-    /// Waits for the process to exit, and kills it if that takes too long. Leaves no remains.
+    /// Waits for the process to exit, and kills it if that takes too long. Leaves nothing behind.
     fn end(&self);
 }

@@ -71,7 +71,7 @@ struct Wire {
     last: u64,
 }
 
-/// Timeout for answers: opening a device or trying a module takes time; taking a process does not.
+/// Timeout for answers. Long, because opening a device or trying a module takes time.
 const ANSWER: Duration = Duration::from_secs(30);
 /// Timeout for services, which may move a machine. In practice, the waiting client decides how long to wait.
 const SERVICE: Duration = Duration::from_secs(24 * 3600);

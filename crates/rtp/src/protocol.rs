@@ -31,13 +31,13 @@ pub enum Order {
     Module { ticket: u64, key: String, name: String, bytes: Vec<u8> },
     /// Opens a device; `options`: JSON.
     Open { ticket: u64, device: String, kind: String, options: String },
-    /// Requests a service of a driver; `arguments`: JSON. The answer may take long.
+    /// Requests a service of a driver; `arguments`: JSON. The answer may take a long time.
     Service { ticket: u64, device: String, service: String, arguments: String },
     /// Closes a device as soon as no table contains it.
     Shut { device: String },
     /// Makes a call on a device.
     Device { device: String, call: DeviceCall },
-    /// Sets or clears the flag of the emergency stop.
+    /// Sets or clears the emergency-stop flag.
     Stop { set: bool },
     /// Sets what happens to a process in a source if its supervisor disconnects: it continues, or this script is carried out. Valid from
     /// the start of a verb instance to its end.
@@ -46,8 +46,8 @@ pub enum Order {
     NoFarewell { process: u64, source: SourceId },
     /// Indicates that the commander is alive; sent if there is nothing else to send.
     Alive,
-    /// `silence_ms`: maximum silence of the commander. `ms`: time for which continuing processes then wait for the next commander.
-    /// `standstill_ms`: maximum suspension of the processor's timers, if set.
+    /// Sets time limits. `silence_ms`: maximum silence of the commander. `ms`: time for which continuing processes then wait for the next
+    /// commander. `standstill_ms`: maximum suspension of the processor's timers, if set.
     Patience { ms: u64, silence_ms: u64, standstill_ms: Option<u64> },
     /// Ends the service: devices are made safe, and everything is closed. If the commander has not taken over any process, running
     /// processes continue.
@@ -72,7 +72,7 @@ pub enum News {
     Raised { source: SourceId },
     /// State of the processor.
     Beat(Beat),
-    /// An order could not be carried out: the two sides disagree.
+    /// An order could not be carried out because the two sides disagree.
     Broken { message: String },
 }
 
@@ -123,8 +123,8 @@ pub struct Beat {
     pub devices: Vec<(String, DeviceState)>,
     /// Counters of the devices' drivers, by name.
     pub counted: Vec<(String, DriverCounters)>,
-    /// New rows of each ring, older rings first. If more rows were written than the ring holds, only those still in it; in any case at
-    /// most as many as fit in a ring on the commanding side.
+    /// New rows of each ring, older rings first. If more rows were written than the ring holds, only the rows still in the ring are
+    /// included. In any case, their number is limited to the capacity of a ring on the commanding side.
     pub rows: Vec<(u64, Vec<RowAs>)>,
 }
 

@@ -84,7 +84,7 @@ fn admitted(agent: Agent, caller: Box<dyn Caller>) -> Result<Agent, Box<Agent>> 
     Agent::hired(admitted, &terms, Some(Box::new(agent))).map_err(|(_, before)| before.expect("it was given"))
 }
 
-/// Ends the processor without a commander.
+/// Ends a processor that has no commander.
 fn leave(agent: Agent, ended: ServiceEnd, door: Option<Box<dyn Door>>) -> Result<(), String> {
     if agent.terms.leaves && matches!(ended, ServiceEnd::Gone) {
         // Every output is safe before it is dropped.
@@ -99,7 +99,7 @@ fn leave(agent: Agent, ended: ServiceEnd, door: Option<Box<dyn Door>>) -> Result
 
 impl Agent {
     /// Carries out the farewell of each process after the supervisor has disconnected; processes without one continue until the patience
-    /// runs out. What a person has forced ends, because nobody could see or release it.
+    /// runs out. Values forced by a person are released, because no client is left that could see or release them.
     fn bid(&mut self) {
         locked(&self.shared.devices).values().for_each(|device| device.unforce_all());
         for ((process, source), parcel) in std::mem::take(&mut self.farewells) {

@@ -15,7 +15,7 @@ pub struct Reaches {
     pub network: Option<Box<dyn Ends>>,
 }
 
-/// Called with a device that was opened (`true`) or is being closed.
+/// Called with a device that has been opened (`true`) or is being closed (`false`).
 pub type OnDevice = Arc<dyn Fn(&Device, bool) + Send + Sync>;
 
 /// Called every 20 ms with the maximum stall of the watchers of this process; returns true if both the guard and the supervisor have
@@ -26,7 +26,7 @@ pub type UnwatchedCheck = Arc<dyn Fn(Duration) -> bool + Send + Sync>;
 /// serve.
 pub type Beats = Arc<dyn Fn(Option<usize>) + Send + Sync>;
 
-/// Sleeps for the given time; returns true if the commander is dying and will not send anything else.
+/// Function that sleeps for the given time, and returns true if the commander is dying and will not send anything else.
 pub type Rests = Arc<dyn Fn(Duration) -> bool + Send + Sync>;
 
 /// Services that a process provides to its processor.
@@ -48,7 +48,7 @@ pub struct Terms {
     pub probe: Probe,
     /// Converts the system's epoch from the commanding host's CLOCK_MONOTONIC to this host's.
     pub epoch: Arc<dyn Fn(i64) -> i64 + Send + Sync>,
-    /// Called with each device that is opened (`true`) or closed.
+    /// Called with each device that has been opened (`true`) or is being closed (`false`).
     pub device: OnDevice,
     /// Called by the heart at each beat.
     pub beat: Beats,
@@ -57,7 +57,7 @@ pub struct Terms {
     /// Sleeps between two beats of the heart.
     pub rests: Rests,
     /// True if the process exits when the supervisor disconnects without notice, with its outputs safe and its devices open, so that a
-    /// returning supervisor finds external state unchanged. For a process that has no other purpose.
+    /// returning supervisor finds external state unchanged. Intended for a process that has no other purpose.
     pub leaves: bool,
 }
 

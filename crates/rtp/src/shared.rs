@@ -23,7 +23,7 @@ pub(crate) struct ProcessorState {
     pub besides: Mutex<BTreeMap<String, Beside>>,
     /// Sources that run here.
     pub sources: Mutex<Vec<SourceId>>,
-    /// True if the process exists for the local sources, and its heart beats for them.
+    /// True if the heart of the process beats for the local sources; initially false if another agent's processes already run here.
     pub leads: AtomicBool,
     pub ends: AtomicBool,
     /// While set, every write of a device outputs the safe values.

@@ -16,8 +16,8 @@ const FIRST_WRITE: Duration = Duration::from_secs(1);
 const LOOK: Duration = Duration::from_micros(200);
 
 impl Agent {
-    /// Replaces the agent whose blocks already run here, and continues from their state. Fails with a message, and changes nothing, if
-    /// there is no such agent or its emergency stop is latched.
+    /// Replaces the agent whose blocks already run here, and resumes the blocks from their previous state. Fails with a message, and
+    /// changes nothing, if there is no such agent or its emergency stop is latched.
     pub(crate) fn take_over(&mut self) -> Result<TakenOver, String> {
         let Some(before) = &self.before else { return Err("nothing runs there that another system had started".to_owned()) };
         if before.stop.load(Ordering::Acquire) && !self.stop.load(Ordering::Acquire) {

@@ -73,7 +73,7 @@ fn counted(shared: &ProcessorState) -> Vec<(String, DriverCounters)> {
     counted.into_iter().filter(|(_, counted)| !counted.is_empty()).collect()
 }
 
-/// State last reported; only changes are sent.
+/// State as last reported, so that only changes are sent.
 #[derive(Default)]
 struct Beats {
     count: u64,

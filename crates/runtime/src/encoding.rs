@@ -6,7 +6,7 @@
 //! the source runs. Objects that are no longer referenced are dropped on both sides. Before anything runs, the contents of memory are
 //! sent as they are; addresses are never sent, because each side has its own.
 //!
-//! [`Reader`] returns an error if the bytes are inconsistent, whatever they are, and accesses only objects that it created.
+//! [`Reader`] returns an error if the bytes are inconsistent, whatever the input, and accesses only objects that it created.
 mod read;
 mod write;
 

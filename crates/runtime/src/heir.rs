@@ -49,7 +49,7 @@ impl Drop for Looks {
 /// Opens a device so that an heir can see its readings, at the cost of one copy per reading.
 ///
 /// # Errors
-/// As for [`Device::open`].
+/// Same as for [`Device::open`].
 pub fn open_seen(name: &str, driver: Box<dyn Driver>, now_ns: i64) -> Result<Arc<Device>, DeviceError> {
     let mut device = Device::open(name, driver, now_ns)?;
     show(Arc::get_mut(&mut device).expect("nobody else has it yet"));
@@ -89,7 +89,7 @@ pub fn heir(of: &Arc<Device>) -> Result<Arc<Device>, DeviceError> {
 /// previous host's clock over this host's. The returned view must be freed off the real-time path.
 ///
 /// # Safety
-/// Called only by the kernel of its source, after the host of the previous device has ended.
+/// Must be called only by the kernel of the heir's source, after the host of the previous device has ended.
 pub(crate) unsafe fn inherit(heir: &Device, ahead_ns: i64) -> Option<Box<dyn View>> {
     // SAFETY: the caller is the one that touches it.
     let service = unsafe { heir.service() };

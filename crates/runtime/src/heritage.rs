@@ -12,7 +12,7 @@ use std::ptr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-/// State in force of a source's table, to be inherited.
+/// State of a source's table in force, to be inherited.
 #[derive(Clone)]
 pub struct Holding {
     source: SourceId,
@@ -114,10 +114,10 @@ impl Heritage {
         self.is_done.clone()
     }
 
-    /// Carries out the inheritance of a device that does not belong to any source, so that no other thread accesses it.
+    /// Carries out the inheritance of a device that belongs to no source and is therefore accessed by no other thread.
     ///
     /// # Safety
-    /// No kernel has `device` in its table, and the host of the previous device has ended.
+    /// No kernel may have `device` in its table, and the host of the previous device must have ended.
     pub unsafe fn alone(device: &Device, ahead_ns: i64) {
         // SAFETY: the caller's word.
         drop(unsafe { heir::inherit(device, ahead_ns) });
@@ -182,7 +182,7 @@ fn copies(to: &Block, from: &Block) -> Result<Vec<(Cell, Cell)>, String> {
         }
         if let (Some(now), Some(before), true) = (&bound[index], &bound_before[index], item.kind != kind::DEVICE_READ) {
             if now.len() != before.len() {
-                return Err(format!("its item '{}' is bound to something of another length", text(item.name)));
+                return Err(format!("its item '{}' is bound to a value of a different length", text(item.name)));
             }
             copies.push((before.clone(), now.clone()));
         }

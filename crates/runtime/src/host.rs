@@ -45,7 +45,7 @@ pub struct Host {
     tapes: Mutex<HashMap<SourceId, Arc<SourceTape>>>,
     /// Memory in which newly added sources record the running step.
     black_box: Mutex<Option<BlackBox>>,
-    /// Time at which the host was created, of the monotonic clock; zero under the virtual clock.
+    /// Time at which the host was created, on the monotonic clock; zero under the virtual clock.
     pub(crate) epoch_ns: i64,
     /// Virtual clock: current time.
     now_ns: AtomicI64,
@@ -93,8 +93,8 @@ impl Host {
         Host::since(clock, carrier, monotonic_ns())
     }
 
-    /// Creates a host with a given epoch, ns of CLOCK_MONOTONIC: the epoch of the host to which some of these sources belong. The epoch
-    /// has no effect under the virtual clock.
+    /// Creates a host with the given epoch, ns of CLOCK_MONOTONIC: that of the host to which some of its sources belong. The epoch has no
+    /// effect under the virtual clock.
     pub fn since(clock: ClockKind, carrier: Box<dyn Carrier>, epoch_ns: i64) -> Host {
         containment::install();
         let (epoch_ns, executor) = match clock {
@@ -193,7 +193,7 @@ impl Host {
     /// after this process has exited. Sources for which no slot is left use memory of their own.
     ///
     /// # Safety
-    /// The memory is zero, starts on a cache line, exists as long as the process, and no other code writes there.
+    /// The memory must be zeroed, start on a cache line and exist as long as the process, and no other code may write to it.
     pub unsafe fn set_black_box(&self, memory: *mut u8, len: usize) {
         *self.black_box.lock().expect("nobody panics with the lock held") = Some(BlackBox { memory, left: len / BLACK_BOX_LEN });
     }
@@ -253,7 +253,7 @@ impl Host {
         }
     }
 
-    /// Restarts a source that a fault stopped (after its devices are safe and its blocks are removed).
+    /// Restarts a source that a fault stopped, after its devices have been made safe and its blocks have been removed.
     pub fn restart(&self, source: SourceId) {
         if let Some(remote) = self.remote(source) {
             return remote.restart(source);
@@ -298,7 +298,8 @@ impl Host {
         others.into_iter().for_each(|(source, thread)| join(source.as_deref(), thread));
     }
 
-    /// Drops the carriers of these connections, to which references may outlive the host. Does nothing unless the host is closed.
+    /// Drops the carriers of these connections, because references to the connections may outlive the host. Does nothing unless the host
+    /// is closed.
     pub fn sever<'a>(&self, inbounds: impl IntoIterator<Item = &'a Inbound>, outbounds: impl IntoIterator<Item = &'a Outbound>) {
         if !self.closed.load(Ordering::Acquire) || !self.threads().is_empty() {
             return;

@@ -26,8 +26,8 @@ const LOOK_NS: i64 = 1_000_000;
 
 /// Priority below every source and above ordinary programs, if the process has the privilege.
 const PRIORITY: u8 = 1;
-/// Maximum number of rows of one connection that are forwarded before it is the turn of the others, because the writer may be a process
-/// that sends without pause.
+/// Maximum number of rows of one connection that are forwarded before the other connections get their turn, because the writer may be a
+/// process that sends without pause.
 const ROWS_MAX: usize = 4096;
 
 /// The relays of a host.

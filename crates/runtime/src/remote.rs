@@ -8,7 +8,7 @@
 use interconnect::{ConnectionSpec, EndError, Receiver, Sender};
 use kernel::{BlockId, BlockTimes, RemoteWord, Script, SourceId, Statistics};
 
-/// Host of remote sources. All calls are made by ordinary threads, and end at the latest when the link to that host does.
+/// Host of remote sources. All calls are made by ordinary threads, and return at the latest when the link to that host is closed.
 pub trait Remote: RemoteWord {
     /// Submits a script to a remote source. Its acknowledgement is returned through [`Host::tell`](crate::Host::tell).
     fn submit(&self, source: SourceId, script: Box<Script>);
@@ -46,7 +46,7 @@ pub trait Remote: RemoteWord {
     /// Returns the local reading end of a connection from the remote host.
     ///
     /// # Errors
-    /// As for `sender`.
+    /// Same as for `sender`.
     fn receiver(&self, number: u64, spec: &ConnectionSpec, raise: Box<dyn Fn() + Send + Sync>) -> Result<Box<dyn Receiver>, EndError>;
 
     /// Closes the remote host: its sources stop, and its devices are made safe.

@@ -11,7 +11,7 @@ pub struct DeviceState {
     /// True if the device failed.
     pub lost: bool,
     /// State of each channel: true if it makes its request, true if it has made it since the last `forget`, and the number of times its
-    /// slew limit acted.
+    /// slew limit took effect.
     pub channels: Vec<(bool, bool, u64)>,
     /// Number of `forget` calls that the processor has handled.
     pub forgotten: u64,
@@ -58,7 +58,7 @@ pub fn recorded(name: &str, channels: Vec<Channel>) -> Result<Arc<Device>, Devic
     Device::open(name, Box::new(UnreachedDriver(channels)), 0)
 }
 
-/// Records that a remote device has been reopened: its state is unknown, and its earlier requests are sent again.
+/// Records that a remote device has been reopened, so that its state is unknown and its earlier requests are sent again.
 pub fn renew(device: &Device) {
     let standing = device.standing();
     standing.lost.store(false, Ordering::Release);

@@ -37,7 +37,7 @@ impl RetiredDriver {
 }
 
 impl Renewal {
-    /// Retires the driver of a lost device, without a replacement yet.
+    /// Retires the driver of a lost device; its replacement is installed later.
     pub fn retire(device: &Arc<Device>) -> (Renewal, RetiredDriver) {
         let empty = remote_device::recorded(device.name(), device.channels().to_vec()).expect("a driver that does nothing opens");
         let is_done = Arc::<AtomicBool>::default();
@@ -71,7 +71,7 @@ impl Renewal {
     /// Carries out the renewal of a device that does not belong to any source.
     ///
     /// # Safety
-    /// No kernel has the device in its table.
+    /// No kernel may have the device in its table.
     pub unsafe fn alone(&self) {
         // SAFETY: the caller's word.
         unsafe { self.carry_out() }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Privileges that a source's thread requests from the operating system: priority, core, locked memory. Without them the source still
-//! works, but fires later; privileges not granted are reported in one line.
+//! runs, but its firings may be delayed. Privileges that are not granted are reported in one line.
 use kernel::SourceSpec;
 use process_kit::may_lock_all;
 use scheduling::{Children, pin, prioritise};
@@ -10,7 +10,7 @@ use std::sync::OnceLock;
 pub(crate) fn take(spec: &SourceSpec) -> (Vec<String>, bool) {
     let mut missing = Vec::new();
     if !lock_memory() {
-        missing.push("memory is not locked: no right to lock all of it (set memlock in limits.conf to unlimited)".to_owned());
+        missing.push("memory is not locked: no permission to lock all of it (set memlock in limits.conf to unlimited)".to_owned());
     }
     if let Some(core) = spec.core
         && !pin(core)
@@ -19,12 +19,16 @@ pub(crate) fn take(spec: &SourceSpec) -> (Vec<String>, bool) {
     }
     let real_time = prioritise(spec.priority, Children::Ordinary);
     if !real_time {
-        missing.push(format!("source '{}' runs without priority {}: no right to real-time scheduling (set rtprio in limits.conf)", spec.name, spec.priority));
+        missing.push(format!(
+            "source '{}' runs without priority {}: no permission for real-time scheduling (set rtprio in limits.conf)",
+            spec.name, spec.priority
+        ));
     }
     (missing, real_time)
 }
 
-/// Sets `priority` and `core` of the calling thread, which serves reports of kernels, if granted. Returns the privileges not granted.
+/// Sets the priority and the core of the calling thread, which serves reports from kernels, as far as permitted. Returns the privileges
+/// not granted.
 pub fn take_for_supervisor(priority: u8, core: Option<usize>) -> Vec<String> {
     let mut missing = Vec::new();
     if let Some(core) = core
@@ -33,13 +37,13 @@ pub fn take_for_supervisor(priority: u8, core: Option<usize>) -> Vec<String> {
         missing.push(format!("the supervisor is not pinned: core {core} is not available to this process"));
     }
     if !prioritise(priority, Children::Ordinary) {
-        missing.push(format!("the supervisor runs without priority {priority}: no right to real-time scheduling (set rtprio in limits.conf)"));
+        missing.push(format!("the supervisor runs without priority {priority}: no permission for real-time scheduling (set rtprio in limits.conf)"));
     }
     missing
 }
 
-/// Raises the priority of the calling thread, which reports that kernels serve, above every kernel, if the process has the privilege, so
-/// that neither kernels nor other real-time programs hold it up.
+/// Raises the priority of the calling thread above every kernel, if the process has the privilege. The thread reports that kernels serve,
+/// so neither kernels nor other real-time programs may delay it.
 pub fn take_for_heart() {
     const PRIORITY: u8 = 98;
     let _given = prioritise(PRIORITY, Children::Ordinary);

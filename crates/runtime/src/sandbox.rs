@@ -20,7 +20,7 @@ const LOOK_EVERY: Duration = Duration::from_millis(10);
 /// Time budget of one call: the same as for a firing under the virtual clock.
 const BUDGET_NS: i64 = crate::clock::BUDGET_VIRTUAL_NS;
 
-/// Calls entries in such a way that a signal or an exceeded budget ends the call rather than the process. Not for the real-time path.
+/// Sandbox for calls of entries: a signal or an exceeded budget ends the call rather than the process. Not for the real-time path.
 pub struct Sandbox {
     containment: Arc<Containment>,
     /// Channel that stops the watchdog when it is closed.
@@ -29,13 +29,13 @@ pub struct Sandbox {
 }
 
 impl Sandbox {
-    /// Installs the handlers and starts the watchdog. If no thread can be created, endless loops are not ended.
+    /// Installs the handlers and starts the watchdog. If the watchdog's thread cannot be created, endless loops are not aborted.
     pub fn new() -> Sandbox {
         Sandbox::with_budget(BUDGET_NS)
     }
 
-    /// Creates a sandbox for a block whose body is run by the interpreter of this process. It has no budget: a call ended there would
-    /// never release the interpreter's lock.
+    /// Creates a sandbox for a block whose body is run by the interpreter of this process. It has no budget, because a call aborted there
+    /// would never release the interpreter's lock.
     pub fn interpreted() -> Sandbox {
         Sandbox::with_budget(i64::MAX)
     }
@@ -57,7 +57,7 @@ impl Sandbox {
     /// Calls an entry. Returns its result, or the outcome `SIGNAL`.
     ///
     /// # Safety
-    /// As for [`Run`]. After a signal, the instance must not be called again.
+    /// Same as for [`Run`]. After a signal, the instance must not be called again.
     pub unsafe fn call(&self, run: Run, instance: *mut c_void, invocation: &Invocation) -> u64 {
         containment::prepare_thread();
         containment::trust(run);

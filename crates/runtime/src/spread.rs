@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processes spread over several locations: serves conditions that no kernel can serve, and keeps the local word of a process
+//! Processes spread over several locations. Serves conditions that no kernel can serve, and keeps the local word of a process
 //! synchronised with the remote one.
 use crate::remote_sources::RemoteSources;
 use kernel::process_word::Word;
@@ -62,7 +62,7 @@ impl RemoteSources {
     }
 }
 
-/// Completes a script that has been carried out and that moved a process: remembered conditions act, or the local word follows.
+/// Completes a script that has been carried out and that moved a process: serves the remembered conditions, or updates the local word.
 fn served(process: &Process, step: &Step, source: SourceId, time_ns: i64) -> Option<Event> {
     match (process.home(), step) {
         (Home::Spread, _) => return serve_remembered(process, source, time_ns),
@@ -79,8 +79,8 @@ fn serve_remembered(process: &Process, source: SourceId, time_ns: i64) -> Option
     Some(Occurrence::late(source, process, word, watch, time_ns).watched(watch, Some(moved), false, Vec::new()))
 }
 
-/// Condition server of the host, for processes whose word is local but whose kernels are remote: only the supervisor answers their
-/// conditions.
+/// Condition server of the host, for processes whose word is local but whose kernels are remote, so that only the supervisor answers
+/// their conditions.
 struct Here;
 
 impl Server for Here {

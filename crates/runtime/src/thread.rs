@@ -11,10 +11,10 @@ use std::hint::spin_loop;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::Sender;
 
-/// Time before a release at which a thread that has a core of its own and the privileges wakes and spins.
+/// Time before a release at which a thread wakes up and spins, provided that it has its own core and the required privileges.
 const SPIN_NS: i64 = 30_000;
 
-/// Minimum period for spinning; a source with a shorter period only sleeps, because spinning would use a large part of the core.
+/// Minimum period for spinning; a source with a shorter period only sleeps, because spinning would use a large share of the core.
 const SPIN_PERIOD_MIN_NS: i64 = 10 * SPIN_NS;
 
 /// Runs the thread of one source until it is closed. Signals `ready` after requesting its privileges.
@@ -44,7 +44,7 @@ pub(crate) fn run(mut kernel: Kernel, epoch_ns: i64, ready: &Sender<()>) {
     kernel.close();
 }
 
-/// Runs a timer: firing k releases at epoch + k · period. A missed release consumes its number; there is never a burst.
+/// Runs a timer: firing k is released at epoch + k · period. A missed release consumes its number; there is never a burst.
 fn timer(kernel: &mut Kernel, epoch_ns: i64, period_ns: i64, spins: bool) {
     let mut next = (monotonic_ns() - epoch_ns) / period_ns + 1;
     kernel.firing = next as u64 - 1;

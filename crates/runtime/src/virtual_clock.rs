@@ -95,8 +95,8 @@ impl Virtual {
         }));
     }
 
-    /// Carries out scripts submitted to `source`. If a firing of that source stands, carries out only readings; the others follow at its
-    /// end.
+    /// Carries out scripts submitted to `source`. If a firing of that source stands, carries out only read-only scripts; the others
+    /// follow when the firing ends.
     pub(crate) fn carry_out(&self, source: usize, now_ns: i64) {
         let _standard = Standard::enter();
         let member = self.member(source);
@@ -150,7 +150,7 @@ impl Virtual {
         sources.iter().filter_map(|member| Some(member.standing.get()?.end_ns)).min().unwrap_or(i64::MAX)
     }
 
-    /// Returns the latest end of a firing with a cost that its kernel has completed.
+    /// Returns the latest end of all completed firings that have a cost.
     pub(crate) fn busy_until_ns(&self) -> i64 {
         self.busy_until_ns.get()
     }
@@ -323,7 +323,7 @@ struct Within<'a> {
     executor: &'a Virtual,
     member: &'a Member,
     end_ns: i64,
-    /// Rarity of starts: on average, a firing starts at one point in `rarity` + 1, a power of two.
+    /// Rarity of starts: on average, a firing starts at one in `rarity` + 1 points; that number is a power of two.
     rarity: u64,
     clock: &'a AtomicI64,
     outer: Option<&'a Within<'a>>,

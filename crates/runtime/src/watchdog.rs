@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The watchdog: an ordinary thread that monitors step loops for exceeding their budget.
+//! The watchdog: an ordinary thread that detects step loops that exceed their budget.
 use crate::waiting::waits_for_a_core;
 use kernel::shared::HostState;
 use kernel::shared::Source;
@@ -12,7 +12,7 @@ use std::time::Duration;
 /// Poll period: a tenth of the minimum default budget.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 
-/// Lateness above which a poll counts as held up itself, ns.
+/// Lateness of a poll, ns, above which the watchdog counts as having been held up itself.
 const STOOD_STILL_NS: i64 = 50_000_000;
 
 /// Number of polls between two checks of the fault handlers if no check is requested: one second.
@@ -35,8 +35,8 @@ impl Watchdog {
         Watchdog { shared, sources: RwLock::default(), closing: AtomicBool::new(false), wait: Mutex::default(), closed: Condvar::new() }
     }
 
-    /// Checks a source: a thread that receives no signals cannot be ended, and a thread that has exited cannot make its devices safe. In
-    /// these cases, a process that was started only to run processors exits, and its guard makes its outputs safe.
+    /// Checks the thread of a source. A thread that receives no signals cannot be aborted, and a thread that has exited cannot make its
+    /// devices safe. In these cases, a process that was started only to run processors exits, and its guard makes its outputs safe.
     fn look(&self, source: &Source, now_ns: i64, late_ns: i64) {
         source.containment.forgive(late_ns, now_ns);
         // In this order, because a thread that was asked to close may have exited.

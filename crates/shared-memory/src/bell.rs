@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Bells with which a writer wakes the process of its reader. A single shared memory of a run contains all of them; each process that
-//! reads rows claims one.
+//! Bells with which a writer wakes the process of its reader. All bells of a run are in a single shared memory; each process that reads
+//! rows claims one of them.
 //!
 //! Any process of the run may overwrite this memory, so correctness does not depend on it: a sleeper checks again after at most
 //! [`SLEEP_MAX`], even if its bell was not rung.
@@ -18,9 +18,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 /// Maximum number of processes with reading ends in one run.
 const BELLS: u32 = 1024;
 const LEN: usize = BELLS as usize * LINE;
-/// Prefix of the name under which each member offers the bells that it uses, followed by its unique suffix.
+/// Prefix of the name under which a member offers the bells that it uses; the member's unique suffix follows it.
 const NAME: &str = "bells";
-/// Pseudo connection number, used by no connection, under which a process excludes others while it searches for the bells.
+/// Pseudo connection number that no connection has. A process claims it to exclude others while it searches for the bells.
 const AT: u64 = u64::MAX;
 /// Maximum delay caused by a lost ring, for example after another process overwrote a word, ns.
 const SLEEP_MAX: i64 = 100_000_000;
@@ -52,8 +52,8 @@ impl Bells {
         Ok(Bells { _offer: Offer::new(folder.file(&name), memory.as_fd())?, memory })
     }
 
-    /// Returns the bells of this process, otherwise of its parent, otherwise of any process; skips memory that does not contain bells.
-    /// Removes names left behind by killed processes.
+    /// Returns the bells of this process, or else those of its parent, or else those of any process; skips memory that does not contain
+    /// bells. Removes names left behind by killed processes.
     fn present(folder: &Folder) -> Option<SealedMemory> {
         let known = [std::process::id(), parent_id()];
         let far = |path: &Path| fs::read_link(path).ok().and_then(|to| offering(&to)).map(|of| known.iter().position(|one| *one == of).unwrap_or(2));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Access of a connection's end to its memory, in which locks on byte 0 and byte 1 represent the claims of the writing and the reading
-//! end.
+//! Access to the memory of a connection by one of its ends. Locks on bytes 0 and 1 of the memory represent the claims of the writing and
+//! the reading end.
 //!
 //! The first end creates the memory; each living end offers it under its name in the run's folder (`offer`), so that it exists as long as
 //! either end does. After an end was killed, its successor joins the living end and takes over the buffer of its predecessor: the one
@@ -48,7 +48,7 @@ impl Role {
     }
 }
 
-/// Maximum time for which a newcomer retries: an exchange takes nanoseconds, unless its thread was stopped in the middle of it.
+/// Maximum time for which a newcomer retries. An exchange takes nanoseconds, unless its thread was stopped in the middle of it.
 const LOOK_MAX: Duration = Duration::from_secs(1);
 
 /// Claim of one end of a connection; dropping it releases the end.
@@ -145,7 +145,7 @@ impl Failure {
     fn text(&self, role: Role, len: usize) -> String {
         match self {
             Failure::System(error) if matches!(error.raw_os_error(), Some(libc::ENOSPC | libc::ENOMEM)) => {
-                format!("no memory for {len} bytes; close other programs")
+                format!("not enough memory for {len} bytes; close other programs")
             }
             Failure::System(error) => error.to_string(),
             Failure::Taken => format!("its {} end already exists; drop that one first", role.name()),
@@ -182,7 +182,7 @@ impl Present {
         Ok(is_it.then_some(Present { memory, process }))
     }
 
-    /// Joins a living end; returns `None` if it has died in the meantime.
+    /// Joins the connection offered by a live end; returns `None` if that end has died in the meantime.
     fn join(self, role: Role, number: u64, spec: &ConnectionSpec) -> Result<Option<(Layout, Arc<Fate>, u8)>, Failure> {
         let Present { memory, process } = self;
         let first = SealedMemory::beginning(memory.try_clone()?, LINE)?;

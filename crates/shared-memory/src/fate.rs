@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Loss of a connection: a word of its memory contains a value that no end would write. The cause is kept until it is queried.
+//! Loss of a connection because a word of its memory contains a value that no end would write. The cause is kept until it is queried.
 use interconnect::{ConnectionSpec, LostConnection};
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 
@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 pub(crate) struct Fate {
     number: u64,
     spec: ConnectionSpec,
-    /// Process that created the memory; `None` if this end did.
+    /// Process that created the memory; `None` if this end created it.
     maker: Option<u32>,
     lost: AtomicBool,
     told: AtomicBool,
@@ -21,7 +21,7 @@ pub(crate) struct Fate {
 pub(crate) enum Word {
     /// Index of the buffer in the middle.
     Middle,
-    /// A count of rows; its value is the number of waiting rows computed from it.
+    /// A count of rows; the value recorded with it is the number of waiting rows that follows from the count.
     Rows,
 }
 

@@ -28,7 +28,7 @@ pub(crate) struct Folder {
     path: PathBuf,
     run: u64,
     members: File,
-    /// Serialises the ends of one membership: they share an open file, so file locks do not exclude them from one another.
+    /// Serialises the ends of one membership. They share an open file, so file locks do not exclude them from one another.
     alone: Mutex<()>,
 }
 
@@ -159,7 +159,8 @@ pub(crate) fn is_at(file: &File, path: &Path) -> bool {
     }
 }
 
-/// Returns a system's name with all characters that have a meaning in a path replaced.
+/// Returns a system's name in a form that is safe in a file name: shortened, with every character except ASCII letters, digits, `_` and
+/// `-` replaced by a dot.
 fn in_a_file_name(system: &str) -> String {
     let plain = |c: char| if c.is_ascii_alphanumeric() || "_-".contains(c) { c } else { '.' };
     system.chars().take(NAME_LEN_MAX).map(plain).collect()

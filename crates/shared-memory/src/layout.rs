@@ -93,7 +93,7 @@ impl RegionHeader {
 pub(crate) const MADE: u64 = 0x6f70_656e_6770_0002;
 
 impl Layout {
-    /// Wraps `memory`, which has [`len_of`] bytes.
+    /// Wraps `memory`, which must have [`len_of`] bytes.
     pub fn new(memory: Arc<SealedMemory>, fate: Arc<Fate>, spec: &ConnectionSpec) -> Self {
         Layout { memory, fate, buffer_len: buffer_len(spec.asynchronous_len), row_len: spec.queue_row_len, depth: spec.queue_depth }
     }

@@ -76,13 +76,13 @@ pub struct SharedMemory {
 
 impl SharedMemory {
     /// Enters the shared memory of run `run` of a system, and removes the remains of dead processes of this and any other run. All
-    /// processes to be connected pass the same name and run ([`new_run`], passed on by the process that starts them).
+    /// processes to be connected must pass the same name and run ([`new_run`], passed on by the process that starts them).
     ///
     /// # Errors
-    /// Fails if there is no permission or no space in `/dev/shm`.
+    /// Fails if there is no permission to use `/dev/shm`, or no space in it.
     pub fn new(system: &str, run: u64) -> Result<Self, EndError> {
         let failed = |error: io::Error| EndError {
-            message: format!("cannot enter the shared memory of system '{system}': {error}; check who may read and write /dev/shm, and how full it is"),
+            message: format!("cannot open the shared memory of system '{system}': {error}; check the permissions and the free space of /dev/shm"),
         };
         folder::sweep();
         let folder = Folder::enter(system, run).map_err(failed)?;

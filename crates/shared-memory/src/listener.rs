@@ -10,13 +10,14 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// Priority of the thread, if the process has the privilege: above every source, because it works for all of them; a raise is short.
+/// Priority of the thread, if the process has the privilege: above every source, because it works for all of them. Each raise takes only
+/// a short time.
 const PRIORITY: u8 = 99;
 /// Maximum plausible increase of a count. A count that has increased by more than this and by more than the queue's depth was
 /// overwritten, and is ignored.
 const ROWS_MAX: usize = 1 << 10;
-/// Maximum number of consecutive rings without a row before this thread pauses, so that a sender that rings without need cannot occupy a
-/// processor.
+/// Maximum number of consecutive rings without a row before this thread pauses, so that a sender that rings unnecessarily cannot occupy a
+/// CPU core.
 const VAIN_MAX: u32 = 16;
 const REST: Duration = Duration::from_millis(1);
 
@@ -48,7 +49,7 @@ struct WatchedQueue {
 impl Listener {
     /// Claims a bell and starts the thread.
     pub fn start(bells: Arc<Bells>) -> io::Result<Self> {
-        let Some(number) = bells.claim()? else { return Err(io::Error::other("too many processes read in this run")) };
+        let Some(number) = bells.claim()? else { return Err(io::Error::other("too many processes have read in this run")) };
         let shared = Arc::new(ListenerState { bells, number, watched: Mutex::default(), next: AtomicU64::new(0), ends: AtomicBool::new(false) });
         let listening = shared.clone();
         let thread = thread::Builder::new().name("shared-memory".to_owned()).spawn(move || listening.listen())?;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! File locks, which the operating system releases when a process is killed. Used when ends are made and dropped, never on the real-time
-//! path.
+//! File locks, which the operating system releases when a process is killed. Used when ends are created and dropped, never on the
+//! real-time path.
 //!
 //! There are two independent kinds: one on the whole file, and one on each of its bytes. Both belong to the open file, so they also apply
-//! between two openings of one process.
+//! if one process opens the file twice.
 //!
-//! Waiting for a lock is limited in time: a process may be stopped while it holds a lock, or hold it on purpose.
+//! Waiting for a lock is limited in time, because a process may be stopped while it holds a lock, or hold it on purpose.
 use std::fs::File;
 use std::io;
 use std::os::fd::{AsFd, AsRawFd};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Offers, by which one process finds the memory of another: a link in the run's folder to a descriptor of the offering process.
+//! Offers, by which one process finds the memory of another. An offer is a link in the run's folder to a descriptor of the offering
+//! process.
 //!
 //! A file in the folder is merely a name: it is never mapped, because any process that may open such a file may truncate it, and an
 //! access beyond its end kills the process. The memory itself has no name, and its size is sealed; other processes verify the seals
@@ -36,7 +37,7 @@ impl Drop for Offer {
 /// Returns the memory offered under `path`, and the process that offers it; `None` if there is no offer, or that process has exited.
 ///
 /// # Errors
-/// Fails, with a message that names the process, if the path is something else or this process may not open it.
+/// Fails, with a message that names the process, if the path is not an offer, or this process may not open it.
 pub(crate) fn offered(path: &Path) -> io::Result<Option<(OwnedFd, u32)>> {
     let leads_to = match fs::read_link(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
@@ -50,7 +51,7 @@ pub(crate) fn offered(path: &Path) -> io::Result<Option<(OwnedFd, u32)>> {
         Err(error) if matches!(error.raw_os_error(), Some(libc::ENOENT | libc::ESRCH)) => return Ok(None),
         Err(error) if error.kind() == io::ErrorKind::PermissionDenied && is_gone(process) => return Ok(None),
         Err(error) => {
-            let text = format!("process {process} does not let this one open its memory ({error}); start both by the same user, with the same rights");
+            let text = format!("process {process} does not let this one open its memory ({error}); start both as the same user, with the same privileges");
             return Err(io::Error::new(error.kind(), text));
         }
         Ok(found) => found,
@@ -84,7 +85,7 @@ pub(crate) fn offering(leads_to: &Path) -> Option<u32> {
     process.parse().ok()
 }
 
-/// Returns true if a process has exited, even if it is a zombie, the descriptors of which belong to the system.
+/// Returns true if a process has exited. Includes zombies, which no longer have descriptors.
 fn is_gone(process: u32) -> bool {
     let about = fs::read_to_string(format!("/proc/{process}/stat"));
     about.map_or(true, |about| about.rsplit_once(')').is_some_and(|(_, rest)| matches!(rest.trim_start().chars().next(), Some('Z' | 'X'))))

@@ -24,7 +24,7 @@ unsafe impl Send for SealedMemory {}
 // SAFETY: as for `Send`.
 unsafe impl Sync for SealedMemory {}
 
-/// Seals without which another process could kill this one: an access beyond the end of a file raises SIGBUS.
+/// Seals without which another process could kill this one, because an access beyond the end of a file raises SIGBUS.
 const SEALS: i32 = libc::F_SEAL_SHRINK | libc::F_SEAL_GROW | libc::F_SEAL_SEAL;
 
 impl SealedMemory {
@@ -67,7 +67,7 @@ impl SealedMemory {
     /// Maps the first `len` bytes of memory that another process created and that may be longer.
     ///
     /// # Errors
-    /// As for [`received`](Self::received); also fails if the memory is shorter.
+    /// Same as for [`received`](Self::received); also fails if the memory is shorter.
     pub(crate) fn beginning(descriptor: OwnedFd, len: usize) -> io::Result<SealedMemory> {
         match sealed_len(descriptor.as_fd())? {
             there if there >= len => SealedMemory::map(descriptor, len),
@@ -143,7 +143,7 @@ fn sealed_len(descriptor: BorrowedFd<'_>) -> io::Result<usize> {
     // SAFETY: asks about an open descriptor.
     let seals = unsafe { libc::fcntl(descriptor.as_raw_fd(), libc::F_GET_SEALS) };
     if seals < 0 || seals & SEALS != SEALS {
-        return Err(invalid("the memory is not sealed: its giver could take it away again".to_owned()));
+        return Err(invalid("the memory is not sealed: its owner could still shrink it".to_owned()));
     }
     // SAFETY: all zeroes is a valid value, which the call fills.
     let mut about: libc::stat = unsafe { std::mem::zeroed() };
@@ -185,7 +185,7 @@ mod tests {
         // SAFETY: the name ends in NUL, and the descriptor that is made is nobody else's.
         let open = unsafe { OwnedFd::from_raw_fd(libc::memfd_create(c"open".as_ptr(), libc::MFD_CLOEXEC | libc::MFD_ALLOW_SEALING)) };
         let refused = SealedMemory::received(open, 0).expect_err("it is not sealed").to_string();
-        assert_eq!(refused, "the memory is not sealed: its giver could take it away again");
+        assert_eq!(refused, "the memory is not sealed: its owner could still shrink it");
         let file = File::open("/proc/self/exe").expect("this program");
         assert!(SealedMemory::received(file.into(), 1).is_err());
     }

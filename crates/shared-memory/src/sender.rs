@@ -48,7 +48,7 @@ impl Sender for SharedSender {
         Ok(())
     }
 
-    /// Returns false: the listener of the reader's process raises the reader.
+    /// Returns false, because the listener of the reader's process raises the reader.
     fn arrived(&self) -> bool {
         false
     }

@@ -79,7 +79,7 @@ impl Step for Pair {
     }
 }
 
-/// A pair that reports: `reached` in every `each`-th invocation, with the code.
+/// A pair that reports `reached`, with the code, in every `each`-th invocation.
 #[derive(FunctionBlock)]
 pub struct Reporter {
     /// the code
@@ -97,7 +97,7 @@ pub struct Reporter {
     /// every `each`-th invocation, with the code
     #[condition(preset = 0.0)]
     reached: ConditionOf<f64>,
-    /// the number is above 30
+    /// the number of the invocation is above 30
     #[condition]
     late: Condition,
 }

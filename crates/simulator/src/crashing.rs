@@ -38,7 +38,7 @@ impl Step for Crash {
     }
 }
 
-/// An array whose elements all contain the code. In invocation `at` its budget is exhausted when half of them are stored.
+/// An array whose elements all contain the code. In invocation `at`, the budget is exhausted when half of the elements have been stored.
 #[derive(FunctionBlock)]
 pub struct Torn {
     /// the code

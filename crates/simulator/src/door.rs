@@ -18,7 +18,7 @@ use supervisor::System;
 use tokio::task::JoinHandle;
 use tower::ServiceExt;
 
-/// Number of seeds of which one runs such a world.
+/// One seed in this many runs such a world.
 const EACH: u64 = 50;
 const OBSERVERS: usize = 6;
 /// Time limit for answering a stop, on the interface's clock.
@@ -86,7 +86,7 @@ impl Drop for Folder {
     }
 }
 
-/// Runs such a seed, or only those of its operations that are in `kept`. Returns the operations that were run.
+/// Runs a seed of this kind, or only those of its operations that are in `kept`. Returns the operations that were run.
 pub fn run(seed: u64, kept: Option<&[usize]>, outcome: &mut Outcome) -> (Vec<usize>, Result<(), BrokenInvariant>) {
     let numbers = Numbers::of(seed);
     let chosen: Vec<(usize, Operation)> =

@@ -28,7 +28,7 @@ pub struct Life {
     pub devices: Vec<&'static str>,
     /// Number of accepted starts.
     pub accepted: u64,
-    /// Number of starts in the log, and number of ends in the log.
+    /// Number of starts in the log; `ended` is the number of ends in the log.
     pub started: u64,
     pub ended: u64,
     /// Tags of the instance's starts, in order, including runs that are in progress.

@@ -109,8 +109,8 @@ impl World {
         format!("the messages: delay {} us, drop {}, repeat {}, reorder {}, corrupt {}", delay_ns / 1_000, share(0), share(1), share(2), share(3))
     }
 
-    /// Kills or suspends one or two of the processes that watch each other. The consequences take seconds, during which the system's own
-    /// time stands still: heartbeats occur every 20 ms, independently of firings.
+    /// Kills or suspends one or two of the processes that watch each other. The consequences take seconds, during which the system's
+    /// clock does not advance. Heartbeats still occur every 20 ms, because they do not depend on firings.
     fn hit(&mut self, of: Operation) -> Result<String, BrokenInvariant> {
         let now_ns = self.hearts_ns;
         let still = |choice: usize| (!choice.is_multiple_of(3)).then_some([60, 300, 2_000, 30_000][choice / 3 % 4] * MS);

@@ -86,8 +86,8 @@ pub struct Operation {
     pub c: usize,
 }
 
-/// Returns the operations of a seed. Each seed omits some kinds and executes others more often: faults that stay hidden when everything
-/// happens show up when little does.
+/// Returns the operations of a seed. Each seed omits some kinds and executes others more often, because some faults show up only when few
+/// kinds of operations occur.
 pub fn random(numbers: &Numbers) -> Vec<Operation> {
     let mut draw = numbers.split("operations");
     let weights: Vec<usize> = (KINDS.iter())

@@ -47,7 +47,7 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Sets the outputs to their safe values, as a guard does with its safe handles, or a driver with its own.
+    /// Sets the outputs to their safe values, as a guard or the driver would.
     pub fn make_safe(&mut self) {
         self.outputs.iter_mut().enumerate().for_each(|(index, output)| *output = safe(index));
     }

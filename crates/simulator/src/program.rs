@@ -60,7 +60,7 @@ pub struct Verb {
     pub name: String,
     pub definition: Json,
     pub parameters: Vec<Parameter>,
-    /// Sources on which each block can run: label → source.
+    /// Default source of each block: label → source.
     pub placement: Vec<(String, usize)>,
     /// True if the verb uses a block of module `crashing`.
     pub crashes: bool,

@@ -88,7 +88,8 @@ pub struct Watching {
     next_ns: i64,
     /// Time for which the outputs have been unsafe while the process was suspended or had exited and a watcher was running.
     unsafe_ns: i64,
-    /// Time at which the process last stopped being suspended or absent; for a short time afterwards, a watcher may still misjudge it.
+    /// Time at which the process last recovered from a suspension or an exit. For a short time afterwards, a watcher may still misjudge
+    /// it.
     healthy_since_ns: i64,
 }
 

@@ -37,7 +37,7 @@ pub struct World {
     pub draw: Numbers,
     pub watching: Watching,
     pub(crate) message: Option<Message>,
-    /// Number of verbs that were tried; the verbs that are defined.
+    /// Number of verbs that were tried; `defined` lists the verbs that are defined.
     tried: usize,
     defined: Vec<usize>,
     pub(crate) pending: [Option<Pending>; CALLERS],

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Attending: a caller handles kernel notifications itself while the supervisor's thread sleeps. Two threads that wake one after the
-//! other and contend for the same lock would cost more than their work. The supervisor's thread is woken if a notification arrived after
-//! the caller's last check, if something became due earlier than that thread expects, and by a source that the caller has not checked for
-//! a millisecond.
+//! Attending: a caller handles kernel notifications itself while the supervisor's thread sleeps, because two threads that wake one after
+//! the other and contend for the same lock would cost more than their work. The supervisor's thread is woken if a notification arrived
+//! after the caller's last check, if something became due earlier than that thread expects, or by a source that the caller has not
+//! checked for a millisecond.
 use crate::core::Core;
 use crate::stopping::lost_processors::next_answer;
 use runtime::Host;

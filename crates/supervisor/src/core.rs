@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! State that the supervisor keeps of a running system, under one lock, divided into parts by subject; each part owns its fields.
+//! State that the supervisor keeps about a running system, under one lock, divided into parts by subject; each part owns its fields.
 use crate::instances::table::Instances;
 use crate::movements::carrier::Carrier;
 use crate::numbers::Numbers;

@@ -29,7 +29,7 @@ impl System {
         let fd = unsafe { libc::eventfd(0, libc::EFD_NONBLOCK | libc::EFD_CLOEXEC) };
         if fd < 0 {
             let why = std::io::Error::last_os_error();
-            return Err(refuse(Class::InvalidState, format!("cannot make an event descriptor: {why}"), "close some files and try again"));
+            return Err(refuse(Class::InvalidState, format!("cannot create an event descriptor: {why}"), "close some files and try again"));
         }
         let core = Core::new(host.clone());
         let shared = Arc::new(SystemState {
@@ -57,7 +57,7 @@ impl System {
         Ok(system)
     }
 
-    /// Halts the actions, disables the devices, stops the kernels. Idempotent.
+    /// Halts the actions, disables the devices, and stops the kernels. Idempotent.
     pub fn close(&self) {
         if self.shared.closed.swap(true, Ordering::AcqRel) {
             return;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Numbers that are never reused.
 
-/// Numbers instances, tickets, scripts and blocks of one system.
+/// Source of the numbers of a system's instances, tickets, scripts and blocks.
 #[derive(Default)]
 pub(crate) struct Numbers(u64);
 

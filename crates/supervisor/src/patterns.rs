@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Name patterns with `*` and `?`.
 
-/// Returns true if `name` matches the pattern, in which `*` matches any characters and `?` matches a single one.
+/// Returns true if `name` matches the pattern, in which `*` matches any sequence of characters and `?` matches a single character.
 pub(crate) fn matches(pattern: &str, name: &str) -> bool {
     let (pattern, name): (Vec<char>, Vec<char>) = (pattern.chars().collect(), name.chars().collect());
     let (mut at, mut from) = (0, 0);

@@ -82,7 +82,7 @@ impl<T> DerefMut for LockedCore<'_, T> {
     }
 }
 
-/// Change counter for which threads can wait, protected by the lock of the core. A waiting thread does not hold the core.
+/// Change counter on which threads can wait, protected by the lock of the core. A waiting thread does not hold the core.
 #[derive(Default)]
 pub(crate) struct Changes {
     count: AtomicU64,

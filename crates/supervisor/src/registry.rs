@@ -99,7 +99,7 @@ pub(crate) struct PhysicalRecord {
     pub device: Arc<Device>,
     pub source: SourceId,
     pub lost: Option<String>,
-    /// Time of the last loss, ns: the device's readings are older.
+    /// Time at which the device was last lost, ns; its readings are older.
     pub lost_ns: i64,
     /// Kind and options with which a remote device was opened.
     pub opened: Option<(String, String)>,
@@ -109,6 +109,6 @@ pub(crate) struct PhysicalRecord {
     pub beside: Beside,
     /// Driver's description of the device.
     pub about: serde_json::Value,
-    /// Text to be logged the next time it is enabled, stating that the device is not made safe if its process exits.
+    /// Text to be logged the next time the device is enabled, stating that it is not made safe if its process exits.
     pub unguarded_news: Option<String>,
 }

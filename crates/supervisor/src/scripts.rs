@@ -10,7 +10,7 @@ pub(crate) struct Ticket(pub u64);
 
 /// Owner of a submitted script.
 pub(crate) enum Purpose {
-    /// Script in the sequence of this instance; the epoch identifies sequences that were abandoned.
+    /// Script in the sequence of this instance. The epoch distinguishes it from scripts of abandoned sequences.
     Sequence { instance: u64, epoch: u64 },
     /// Snapshot for which the caller waits under this ticket.
     Read { ticket: Ticket },

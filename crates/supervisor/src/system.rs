@@ -42,7 +42,7 @@ pub(crate) struct SystemState {
     /// Provider of remote processors.
     pub places: OnceLock<Arc<dyn rtp::Places>>,
     pub companions: Mutex<Companions>,
-    /// Service calls of drivers in progress.
+    /// Driver service calls in progress.
     pub errands: Mutex<Errands>,
     /// Guard of this process.
     pub guarded: ProcessGuard,

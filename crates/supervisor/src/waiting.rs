@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Waits of calls, for answers of kernels and for deadlines. Under the virtual clock, a wait advances time.
+//! Waits of calls for kernel answers and for deadlines. Under the virtual clock, a wait advances time.
 use crate::attending::Attending;
 use crate::core::Core;
 use crate::refuse::refuse;
@@ -63,7 +63,7 @@ impl SystemState {
                         None => {
                             return Err(refuse(
                                 Class::InvalidState,
-                                "the wait would never end: nothing is going to happen",
+                                "the wait would never end: no event is pending",
                                 "start a timer, or activate a block, before the wait",
                             ));
                         }
@@ -111,7 +111,7 @@ impl SystemState {
         }
     }
 
-    /// Runs everything that is due at the next instant of the virtual clock, up to `limit_ns`, so that a caller acts between two
+    /// Runs everything that is due at the next instant of the virtual clock, up to `limit_ns`, so that a caller can act between two
     /// instants. Returns false if nothing is due.
     pub fn step(&self, limit_ns: i64) -> Result<bool, Refusals> {
         if !self.happen(limit_ns)? {

@@ -2,7 +2,7 @@
 //! Polling in waits: if an answer will probably arrive within microseconds, polling is faster than waking a thread. A wait polls for a
 //! bounded time, and its result never depends on polling, because the supervisor's thread is woken in any case.
 
-/// Time for which a wait polls, ns; equal to a few thread wake-ups.
+/// Time for which a wait polls, ns; equal to the duration of a few thread wake-ups.
 const AWAKE_NS: i64 = 60_000;
 
 /// Time before a release at which polling starts, ns; equal to the latency of a timer wake-up.

@@ -108,7 +108,7 @@ impl PointDocument {
         Ok(())
     }
 
-    /// Renames a point, which keeps its position.
+    /// Renames a point, which keeps its place in the file.
     pub fn rename(&mut self, name: &str, to: &str) -> Result<(), Refusals> {
         named(to)?;
         self.known(name)?;

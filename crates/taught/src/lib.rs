@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Taught points of arms, in text files that programs name for them. People, programs and the studio change one file concurrently: each
-//! change reads the file, alters one entry and writes the file atomically, so that comments, order and other points are preserved.
+//! Taught points of arms, in text files whose paths are set by programs. People, programs and the studio may change the same file
+//! concurrently: each change reads the file, alters one entry and writes the file atomically, so that comments, order and other points
+//! are preserved.
 mod document;
 mod store;
 
@@ -40,7 +41,7 @@ pub struct TaughtPoint {
     /// Revolutions of the joints in that configuration.
     #[serde(default)]
     pub turns: Vec<i64>,
-    /// Note for people.
+    /// Free-text comment.
     #[serde(default)]
     pub note: String,
     /// Time of teaching, RFC 3339.
@@ -90,7 +91,7 @@ pub fn teach(file: &PointFile, point: &TaughtPoint) -> Result<(), Refusals> {
     change(file, |document| document.put(point))
 }
 
-/// Renames a point, which keeps its position. Fails if the point does not exist, or if the new name is already in use.
+/// Renames a point, which keeps its place in the file. Fails if the point does not exist, or if the new name is already in use.
 pub fn rename(file: &PointFile, name: &str, to: &str) -> Result<(), Refusals> {
     change(file, |document| document.rename(name, to))
 }

@@ -26,7 +26,7 @@ pub fn read(path: &Path) -> Result<Option<String>, Refusals> {
         refuse(Class::InvalidState, format!("cannot read the points file '{}': {why}", path.display()), "check that it is a text file that the system may read")
     };
     match fs::metadata(path) {
-        Ok(about) if about.len() > BYTES_MAX => return Err(cannot(format!("it has {} bytes, but {BYTES_MAX} are the maximum", about.len()))),
+        Ok(about) if about.len() > BYTES_MAX => return Err(cannot(format!("it has {} bytes, but at most {BYTES_MAX} are supported", about.len()))),
         _ => {}
     }
     match fs::read_to_string(path) {
@@ -63,7 +63,7 @@ pub fn write(path: &Path, text: &str) -> Result<(), Refusals> {
         let path = path.clone();
         move |why: std::io::Error| refuse(Class::InvalidState, format!("cannot {what} the points file '{}': {why}", path.display()), remedy)
     };
-    put(&path, text).map_err(failed("write", "check that there is room, and that the system may write there; the file is unchanged"))?;
+    put(&path, text).map_err(failed("write", "check that there is disk space, and that the system may write there; the file is unchanged"))?;
     // The new name must reach the disk too.
     File::open(folder_of(&path)).and_then(|folder| folder.sync_all()).map_err(failed("sync", "the file contains the change, but a power failure may undo it"))
 }

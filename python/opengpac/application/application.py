@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Translates Python calls of verbs into the model's applications and start values."""
+"""Translates Python verb calls into the model's applications and start values."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ def system_for(verb: Verb[..., Any], arguments: Mapping[str, Any]) -> System:
             found[system] = None
     if len(found) > 1:
         names = ", ".join(f"'{system.name}'" for system in found)
-        refuse(CallError, f"the arguments of verb '{verb.name}' belong to several systems: {names}", "take all of them from one system")
+        refuse(
+            CallError, f"the arguments of verb '{verb.name}' belong to several systems: {names}", "pass arguments that belong to one system"
+        )
     if not found:
         refuse(
             CallError,
@@ -92,7 +94,7 @@ def values_json(verb: Verb[..., Any], arguments: Mapping[str, Any], objects: Map
 
 
 def _over_present(name: str, given: Mapping[str, Any], group: Group[Any]) -> Any:
-    """Merges `{"elbow": 1.2}` into the current positions; all other members keep theirs."""
+    """Merges `{"elbow": 1.2}` into the current positions; all other members keep their current positions."""
     wanted: dict[str, Any] = {}
     for key, value in given.items():
         try:

@@ -26,7 +26,7 @@ class Argument:
 
 
 def argument_json(given: Any, what: str) -> dict[str, Any]:
-    """Returns the argument of an instantiation parameter or object in the model's format. Error messages call it `what`."""
+    """Returns the argument of an instantiation parameter or object in the model's format. `what` names it in error messages."""
     if isinstance(given, Argument):
         return given._argument()
     if isinstance(given, list | tuple) and given and all(isinstance(each, Argument) for each in given):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Verb instances. Their life cycle is created, running ⇄ suspended, ended, and running again after each `start`, until they are deleted."""
+"""Verb instances. An instance is created, runs and may be suspended, and ends; each `start` runs it again, until it is deleted."""
 
 from __future__ import annotations
 
@@ -34,9 +34,11 @@ _read = json.JSONDecoder().raw_decode
 class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
     """A verb applied to its arguments. It can be awaited; as a context manager it halts and deletes itself on exit.
 
-    `verb.asynch(...)` creates an instance that `wait` deletes, `verb.new_instance(...)` one that can be started any number of times.
+    `verb.asynch(...)` creates an instance that `wait` deletes; `verb.new_instance(...)` creates one that can be started any number of
+    times.
 
-    `verb` is the applied verb, `system` the system in which it runs, and `identity` its number there, which is never reused.
+    `verb` is the applied verb, `system` is the system in which it runs, and `identity` is its number in that system; numbers are
+    never reused.
 
     The life cycle is created → running ⇄ suspended → ended, repeated with each `start`, until the instance is deleted. A method that
     is not allowed in the current state raises `InvalidState` and changes nothing. A method raises `NotEnabled` if it needs a device
@@ -57,7 +59,7 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
 
     @property
     def name(self) -> str:
-        """Name of the instance; `move#3`, for example, unless set."""
+        """Name of the instance. If none was set, a name such as `move#3` is generated."""
         if self._name is None:
             self._name = str(self._about()["name"])
         return self._name
@@ -94,7 +96,8 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
         return dict(self._about()["inputs"])
 
     def start(self, *args: Any, **kwargs: Any) -> Self:
-        """Starts the instance with new input parameters; omitted ones take their defaults. `time_limit=` ends it after that time.
+        """Starts the instance with new input values; omitted input parameters take their defaults. `time_limit=` ends the instance after
+        that time.
 
         Returns when all claims are acquired; the initial list begins with the next firings of the sources. A remote processor may
         start later than one in this process: if the order of two starts matters, wait until the first has stored a value.
@@ -112,7 +115,7 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
         """Waits for the end and returns the report. Raises an exception if the end is not normal, and `TimeoutError` after `timeout`;
         the instance then keeps running.
 
-        Deletes an instance made by `asynch`. Ctrl-C ends only the wait.
+        Deletes an instance that was created by `asynch`. Ctrl-C ends only the wait, not the instance.
         """
         if self._deleted and self._report is None:
             refuse(InvalidState, f"verb instance '{self._name}' has been deleted", "create another one: new_instance(...)")
@@ -120,7 +123,8 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
         return self._finish(text)
 
     def suspend(self) -> None:
-        """Stops the blocks without synchronous inputs, waits until the blocks that they drive run dry, and returns.
+        """Stops the blocks without synchronous inputs, waits until the blocks that they drive have processed all pending values, and
+        returns.
 
         The verb's `suspend=` defines the behaviour of its actuators in the meantime. Raises `InvalidState` if the instance is already
         ending.
@@ -155,8 +159,8 @@ class VerbInstance(TableDisplay, DeclaredNames, Generic[R]):
         """Changes tunable input parameters, `vi.set(speed=0.2)`, and tunable intervals, `vi.set(every={"near": "10 ms"})`, while the
         verb runs.
 
-        All changes take effect together, between two firings of each source. A new interval applies from its next multiple until this
-        start ends. If the new rates are infeasible, the call is refused and nothing changes.
+        All changes take effect together, between two firings of each source. A new interval takes effect at its next multiple, and
+        applies until the end of this start. If the new rates are infeasible, the call is refused and nothing changes.
         """
         every = values.pop("every", {}) if "every" not in self.verb.input_parameters else {}
         if not isinstance(every, Mapping):
@@ -279,7 +283,7 @@ def start(verb: Verb[..., R], args: Any, kwargs: dict[str, Any]) -> VerbInstance
 
 
 def _drop(instance: VerbInstance[Any]) -> None:
-    """Ends and deletes an instance that may have been started: a `KeyboardInterrupt` can arrive at any line."""
+    """Ends and deletes an instance, which may or may not have been started, because a `KeyboardInterrupt` can arrive at any line."""
     if instance.state in ("queued", "running", "suspended"):
         with contextlib.suppress(InvalidState):
             instance.halt()

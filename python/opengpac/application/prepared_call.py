@@ -31,8 +31,8 @@ class PreparedCall:
 
     def __init__(self) -> None:
         self._shapes: dict[tuple[Any, ...], list[tuple[str, int]]] = {}
-        """Parameter indices of the passed arguments, in order, by the signature of the call: number of positional arguments, and names
-        of the others."""
+        """Parameter indices of the passed arguments, in order. The key identifies the form of the call: the number of positional
+        arguments, and the names of the keyword arguments."""
         self._arguments: dict[str, Any] = {}
         self._head = ""
 

@@ -89,7 +89,7 @@ class Report(TableDisplay):
         outputs = self.__dict__.get("outputs", {})
         if name in outputs:
             return outputs[name]
-        how = f"'{self.__dict__.get('condition')}' of verb '{self.__dict__.get('verb')}'"
+        how = f"condition '{self.__dict__.get('condition')}' of verb '{self.__dict__.get('verb')}'"
         raise AttributeError(f"{how} returned no output '{name}'; {did_you_mean(name, outputs) or 'it returns none'}")
 
     def __repr__(self) -> str:

@@ -60,4 +60,6 @@ def check_started(instance: VerbInstance[Any]) -> None:
 
 
 def _too_late(instance: VerbInstance[Any], timeout_ns: int | None) -> str:
-    raise TimeoutError(f"verb instance '{instance.name}' did not end within {(timeout_ns or 0) * 1e-9:g} s and is {instance.state}")
+    raise TimeoutError(
+        f"verb instance '{instance.name}' did not end within {(timeout_ns or 0) * 1e-9:g} s; its state is '{instance.state}'"
+    )

@@ -49,11 +49,15 @@ class _Signal(LogicalDevice):
     def __init__(self, name: str, channel: Channel, *, on: Source | None = None, **parameters: Any) -> None:
         kind = type(self).__name__
         if not isinstance(channel, Channel):
-            refuse(CallError, f"{kind} '{name}' must be on a channel of a physical device, not {channel!r}", "pass io['gate'], for example")
+            refuse(
+                CallError,
+                f"{kind} '{name}' must be bound to a channel of a physical device, not {channel!r}",
+                "pass io['gate'], for example",
+            )
         if channel.type != self._type or channel.write != self._written:
             way, wanted = "written" if channel.write else "read", "written" if self._written else "read"
             says = f"channel '{channel.device.name}.{channel.name}' ({channel.type}) is {way}"
-            refuse(CallError, f"{kind} '{name}' cannot be made: {says}", f"pass a channel of type {self._type} that is {wanted}")
+            refuse(CallError, f"{kind} '{name}' cannot be created: {says}", f"pass a channel of type {self._type} that is {wanted}")
         if not (on is None or isinstance(on, Source)):
             refuse(CallError, f"on= of {kind} '{name}' must be an interrupt source, not {on!r}", "pass an interrupt source, or omit on=")
         source = channel.device.source if on is None else on

@@ -209,7 +209,7 @@ def _waiting(signal: Any) -> Verb[..., Any] | None:
     return _by_type(signal, {DigitalInput: _wait_digital, AnalogInput: _wait_analog})
 
 
-_MAKE_OUTPUT = "pass a device that keeps it set: gpac.cell.DigitalOutput('valve', io['valve'])"
+_MAKE_OUTPUT = "pass a logical device that drives the output: gpac.cell.DigitalOutput('valve', io['valve'])"
 
 set_output: SignalVerb[Report] = SignalVerb(
     "set_output",
@@ -229,5 +229,5 @@ wait_for_input: SignalVerb[Report] = SignalVerb(
     "wait_for_input",
     "Waits for an input or a channel: `wait_for_input(gate, True, time_limit='5 s')`, `edge='rising'`, analog `above=4.0`, `below=6.0`.",
     _waiting,
-    "pass a digital or analog input, an SVV, or a channel that is read, of type bool or double",
+    "pass a digital or analog input, an SVV, or a channel of type bool or double that is read",
 )

@@ -23,7 +23,7 @@ class Findings:
     remarks: list[str] = field(default_factory=list)
     errors: list[Error] = field(default_factory=list)
     broken: list[BrokenStatement] = field(default_factory=list)
-    """Statements that raised one of Python's own exceptions; they and their dependents remain unchecked."""
+    """Statements that raised an ordinary Python exception; they and their dependents remain unchecked."""
     names: dict[str, Any] = field(default_factory=dict)
     """Names that the program binds."""
     recordings: dict[str, tuple[Any, dict[str, Any]]] = field(default_factory=dict)
@@ -74,7 +74,7 @@ def check(path: str, arguments: list[str]) -> Findings:
 
 
 def _break(path: str, error: Exception, lines: tuple[int, int]) -> None:
-    """Records one of Python's own exceptions, which aborted the statement on these lines."""
+    """Records an ordinary Python exception that aborted the statement on these lines."""
     if _findings is not None and not isinstance(error, Missing):
         _findings.broken.append(BrokenStatement(error, path, _findings.names or vars(sys.modules["__main__"]), lines))
 

@@ -2,9 +2,9 @@
 """Executes a program so that an error does not end it: each refusal is recorded, and execution continues with the next statement.
 
 The names that a refused statement would have bound are `Absent`. A statement that needs an absent value is skipped silently, because
-its error would only repeat the first one. A statement inside a `try` with handlers is left to the program.
+its error would only repeat the first one. Errors inside a `try` with handlers are left to the program.
 
-One of Python's own exceptions aborts a whole top-level statement of the module, and is reported with the lines that were skipped.
+An ordinary Python exception aborts a whole top-level statement of the module, and is reported with the lines that were skipped.
 Inside functions and loops it propagates as in a run, since the program may catch it there.
 """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Classifies Python's own exceptions for `opengpac check`: errors that every run would raise too, and possible artefacts of the
+"""Classifies ordinary Python exceptions for `opengpac check`: errors that every run would raise too, and possible artefacts of the
 placeholder values of a check."""
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ _KEYWORD = re.compile(r"([\w.]+)\(\) got an unexpected keyword argument '(\w+)'"
 
 
 class BrokenStatement(Error):
-    """One of Python's own exceptions, of class `kind`, that aborted the statement on these lines. If the first line is 0, the line that
-    raised it is meant."""
+    """An ordinary Python exception, of class `kind`, that aborted the statement on these lines. A first line of 0 stands for the line
+    that raised the exception."""
 
     def __init__(self, error: Exception, path: str, names: Mapping[str, Any], lines: tuple[int, int]) -> None:
         place = _place(error, path, lines[1])
@@ -44,7 +44,8 @@ class BrokenStatement(Error):
 
 
 def _place(error: Exception, path: str, last: int) -> Place:
-    """Returns the line in the program: for a syntax error its line, otherwise the line of the program's innermost frame."""
+    """Returns the program line of an error. For a syntax error, this is the line that cannot be parsed; otherwise, it is the line of the
+    program's innermost frame."""
     if isinstance(error, SyntaxError) and error.filename is not None:
         return Place(error.filename, error.lineno or 1)
     lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == path]
@@ -77,7 +78,7 @@ def _meant(error: Exception, names: Mapping[str, Any]) -> str:
 
 
 def _asked(error: Exception, names: Mapping[str, Any]) -> tuple[str, Iterable[str]]:
-    """Returns the unknown word and the valid alternatives."""
+    """Returns the unknown name and the valid alternatives."""
     if isinstance(error, NameError):
         return error.name or "", [*names, *dir(builtins)]
     if isinstance(error, ImportError):

@@ -74,7 +74,7 @@ def _is_cut() -> bool:
 
 
 def _about(error: Error, given: argparse.Namespace, called: Place) -> str:
-    """Returns the text of a command's error, located in one of the user's files, never in `opengpac` itself."""
+    """Formats a command's error with a location in one of the user's files, never in `opengpac` itself."""
     for inner in getattr(error, "errors", [error]):
         if inner.place is not None and (inner.place.file == called.file or inner.place.file.startswith("<frozen")):
             inner.place = None
@@ -179,7 +179,7 @@ def _check(given: argparse.Namespace) -> int:
     errors = list(dict.fromkeys([*_broken(findings, True), *(shown(error) for error in findings.errors)]))
     print("\n".join(errors), file=sys.stderr, end="\n" if errors else "")
     for text in dict.fromkeys(_broken(findings, False)):
-        print(f"{text}\n  help: run the program to see whether it fails there: a check uses zeros for values that only a run has")
+        print(f"{text}\n  help: run the program to see whether it fails there: a check uses 0 for values that are known only at run time")
     print(f"{_count(findings.planned, 'verb application')} planned, {_count(errors, 'error')}")
     if findings.broken:
         print(f"check incomplete: {_left_out(findings)} and dependent statements were skipped")
@@ -187,7 +187,7 @@ def _check(given: argparse.Namespace) -> int:
 
 
 def _broken(findings: Findings, certain: bool) -> list[str]:
-    """Returns the messages of Python's own exceptions: if `certain`, those that a run would raise too, otherwise the rest."""
+    """Returns the messages of ordinary Python exceptions: if `certain`, those that a run would raise too, otherwise the rest."""
     from ..refusals.carets import shown
 
     return [shown(error, error.kind) for error in findings.broken if error.certain == certain]
@@ -307,10 +307,10 @@ def _begun(name: str, what: str, text: str) -> Path | None:
 def _free(name: str, what: str, path: Path) -> Path | None:
     """Returns the path if the name is valid and the file does not exist yet. Otherwise prints the reason and returns None."""
     if not re.fullmatch(r"[a-z][a-z0-9_]*", name):
-        print(f"'{name}' is not a valid name of {what}; use lower-case letters, digits and _", file=sys.stderr)
+        print(f"'{name}' is not a valid name for {what}; use lower-case letters, digits and _", file=sys.stderr)
         return None
     if path.exists():
-        print(f"file '{path}' already exists", file=sys.stderr)
+        print(f"file '{path}' already exists; choose another name", file=sys.stderr)
         return None
     return path
 
@@ -336,5 +336,5 @@ def _blocks(given: argparse.Namespace) -> int:
     for problem in library.problems():
         print(f"not loaded: {problem}", file=sys.stderr)
     if not found:
-        print(f"no block matches {' and '.join(given.words)}; list all of them with opengpac blocks", file=sys.stderr)
+        print(f"no block matches {' and '.join(given.words)}; list all blocks with opengpac blocks", file=sys.stderr)
     return 0 if found else 1

@@ -37,7 +37,7 @@ def add_to(commands: Any) -> None:
     rts.add_argument("--tls-cert", metavar="PEM", help="certificate of the daemon")
     rts.add_argument("--tls-key", metavar="PEM", help="private key of the certificate")
     rts.add_argument("--client-ca", metavar="PEM", help="certificate of the authority that signs client certificates")
-    rts.add_argument("--tokens", metavar="FILE", help="file of tokens, made by opengpac token new")
+    rts.add_argument("--tokens", metavar="FILE", help="token file, created by opengpac token new")
     rts.add_argument("--audit", metavar="FILE", help="audit log, which is appended to (default: beside the socket)")
     rts.add_argument("--journal", metavar="FILE", help="log of the calls that configured the system; a restarted daemon repeats them")
     rts.add_argument("--journal-strict", action="store_true", help="fail the start if a call of the journal fails")
@@ -67,7 +67,7 @@ def add_to(commands: Any) -> None:
     revoke.add_argument("name")
     revoke.set_defaults(run=_token_revoke)
     for parser in (new, shown, revoke):
-        parser.add_argument("--tokens", metavar="FILE", default="tokens.json", help="file of tokens (default: tokens.json)")
+        parser.add_argument("--tokens", metavar="FILE", default="tokens.json", help="token file (default: tokens.json)")
 
 
 def _rts(given: argparse.Namespace) -> int:
@@ -129,8 +129,8 @@ def _say(addresses: list[str], page: str | None) -> None:
 
 
 def _studio(given: argparse.Namespace) -> dict[str, Any]:
-    """Returns the options for serving the studio: the page, if a port is set and the page was built, and, if requested, a token for this
-    run."""
+    """Returns the options for serving the studio: the page if a port is set and the page was built, and a token for this run if
+    requested."""
     if given.studio_role is not None and not given.studio:
         refuse(CallError, "--studio-role needs a page with a token", "add --studio")
     page = None if given.page is None else Path(given.page)
@@ -174,7 +174,7 @@ def _token_new(given: argparse.Namespace) -> int:
         with refusals:
             token = _native.token_new(given.tokens, given.name, given.role, expires, given.certificate)
     except OSError as why:
-        refuse(FileFailed, f"cannot use the file of tokens: {why}")
+        refuse(FileFailed, f"cannot use the token file: {why}")
     print(token or f"the certificate has the role '{given.role}'")
     return 0
 
@@ -184,7 +184,7 @@ def _token_list(given: argparse.Namespace) -> int:
         with refusals:
             entries = json.loads(_native.token_list(given.tokens))
     except OSError as why:
-        refuse(FileFailed, f"cannot use the file of tokens: {why}")
+        refuse(FileFailed, f"cannot use the token file: {why}")
     for entry in entries:
         state = "revoked" if entry["revoked"] else "expired" if entry["expires"] and entry["expires"] <= time.time() else "valid"
         what = "certificate" if entry["certificate"] else "token"
@@ -197,6 +197,6 @@ def _token_revoke(given: argparse.Namespace) -> int:
         with refusals:
             revoked = _native.token_revoke(given.tokens, given.name)
     except OSError as why:
-        refuse(FileFailed, f"cannot use the file of tokens: {why}")
-    print(f"token '{given.name}' has been revoked" if revoked else f"'{given.name}' is not the name of a valid token")
+        refuse(FileFailed, f"cannot use the token file: {why}")
+    print(f"token '{given.name}' has been revoked" if revoked else f"there is no valid token '{given.name}'")
     return 0 if revoked else 1

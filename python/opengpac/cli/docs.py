@@ -31,7 +31,9 @@ def server(port: int = 0) -> ThreadingHTTPServer:
     try:
         pages = zipfile.ZipFile(SITE)
     except zipfile.BadZipFile:
-        refuse(FileFailed, f"'{SITE}' is damaged", "reinstall the package, or build it with `make docs`")
+        refuse(
+            FileFailed, f"the documentation in '{SITE}' is damaged", "reinstall the package, or rebuild the documentation with `make docs`"
+        )
 
     class Pages(BaseHTTPRequestHandler):
         """Serves the requested file from the archive."""

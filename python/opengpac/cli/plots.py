@@ -71,7 +71,7 @@ def _record(given: argparse.Namespace) -> int:
                 system.close()
                 print(written, file=sys.stderr)
     if not recording.recordings:
-        print(f"nothing was recorded: program '{given.program}' made no system", file=sys.stderr)
+        print(f"nothing was recorded: program '{given.program}' created no system", file=sys.stderr)
         return 1
     return 0
 
@@ -82,7 +82,7 @@ def _plot(given: argparse.Namespace) -> int:
     begin, end = (None if word is None else _time(word) for word in (given.begin, given.end))
     series = {name: _between(recorded[name], begin, end) for name in names}
     if not any(len(of) for of in series.values()):
-        refuse(CallError, f"no values of {', '.join(names)} were recorded in that interval", "choose another one: --from, --to")
+        refuse(CallError, f"no values of {', '.join(names)} were recorded in that interval", "choose another interval with --from and --to")
     if given.csv:
         _write_csv(given.csv, series)
         print(given.csv)
@@ -149,6 +149,8 @@ def _draw(path: str, recorded: Recorded, series: dict[str, np.ndarray]) -> str:
         figure.savefig(path, dpi=120)
     except (OSError, ValueError) as why:
         refuse(
-            FileFailed, f"cannot make the picture '{path}': {why}", "name a file that ends with .png, .svg or .pdf, in a folder that exists"
+            FileFailed,
+            f"cannot create picture '{path}': {why}",
+            "choose a file name that ends with .png, .svg or .pdf, in an existing folder",
         )
     return path

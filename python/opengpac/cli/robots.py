@@ -36,7 +36,7 @@ def _robots(given: argparse.Namespace) -> int:
     for name in given.names:
         refuse_elsewhere(name)
         if name not in KNOWN:
-            refuse(UnknownName, f"arm '{name}' is unknown", did_you_mean(name, KNOWN))
+            refuse(UnknownName, f"there is no arm '{name}'", did_you_mean(name, KNOWN))
         arm = KNOWN[name]
         print(Table(f"{name}: {len(arm.home)} joints, reach {arm.reach:.2f} m", ["joint", "home"], [*arm.home.items()]))
         print(f"tool: the frame of '{arm.tool}'\nsource: {arm.source}\ninstalled: {_installed(arm)}")
@@ -54,7 +54,7 @@ def _draw(name: str, file: Path) -> None:
     try:
         file.write_text(drawing)
     except OSError as error:
-        refuse(CallError, f"cannot write '{file}': {error.strerror}", "choose a file that you may write")
+        refuse(CallError, f"cannot write '{file}': {error.strerror}", "choose a writable file")
     print(f"wrote '{file}'")
 
 

@@ -1,2 +1,2 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Definitions: blocks, graphs and verbs, their parts, and the files that hold them."""
+"""Definitions: blocks, graphs and verbs, their parts, and the files that contain them."""

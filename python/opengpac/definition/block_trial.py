@@ -101,8 +101,8 @@ def run(block: Block, steps: int | None, every: Quantity, given: Mapping[str, An
     if period_ns < 0 or (times + 1) * period_ns >= 2**63:
         refuse(
             OutOfRange,
-            f"the interval of a trial of {times} invocations must be from 0 s to 292 years in total, not {every!r}",
-            "pass a shorter interval, for example every='1 ms'",
+            f"a trial of {times} invocations at intervals of {every!r} must take from 0 s to 292 years in total",
+            "pass another interval, for example every='1 ms'",
         )
     interpreted = not getattr(block, "native", True)
     with refusals:

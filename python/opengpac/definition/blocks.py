@@ -35,8 +35,8 @@ class FunctionBlock(DeclaredNames):
 class Item:
     """One item of an interface: `name`, `kind`, `mode`, `type`, `unit`, `range` (`"(0, 10]"`, or empty), `doc`, `has_default`.
 
-    `sized` is True if its length is the block's size; `least` and `most` limit a size; `initial` contains the bytes of its default or
-    preset; `history` is the number of most recent values that it reads, or 0.
+    `sized` is True if the item's length is the block's size; `least` and `most` are the limits of a size; `initial` contains the
+    bytes of its default or preset; `history` is the number of most recent values that it reads, or 0.
     """
 
     def __init__(self, item: Mapping[str, Any]) -> None:
@@ -56,7 +56,7 @@ class Item:
         self.history: int = item.get("history", 0)
 
     def check(self, value: Any, what: str) -> None:
-        """Raises `OutOfRange` for a number, or text with a unit, outside the range. The message calls the value `what`."""
+        """Raises `OutOfRange` for a number, or text with a unit, outside the range. `what` names the value in the message."""
         given = plain(value, what)
         with refusals:
             number = _native.number_in(given, self.unit) if isinstance(given, str) else given
@@ -73,7 +73,7 @@ class Item:
 
 @all_taking
 class Block(TableDisplay, FunctionBlock):
-    """An application subroutine. Its five components: `inputs`, `outputs`, `devices`, `conditions`, `parameters`.
+    """An application subroutine. Its five components are `inputs`, `outputs`, `devices`, `conditions` and `parameters`.
 
     Obtained from `gpac.library` (`lib.lowpass`) or `cell.download` (`code.lowpass`). Each component is a dictionary, name → item.
     `types` contains the declarations of struct types, `module` is `"library"` or the file of its code, and `system` is the system
@@ -81,7 +81,7 @@ class Block(TableDisplay, FunctionBlock):
     """
 
     period_ns: int | None = None
-    """The only interval at which the block may be activated; None if it may be any."""
+    """The only interval at which the block may be activated; None if any interval is allowed."""
     names: Mapping[str, Sequence[str]] = {}
     """Joint names of each port, in the port's order."""
     native: bool = True
@@ -145,7 +145,8 @@ class Block(TableDisplay, FunctionBlock):
         return Occurrence(label, BlockUse(self, {}))
 
     def run(self, steps: int | None = None, every: Quantity = "1 ms", **values: Any) -> Trial:
-        """Runs the block without a system, with constants for its parameters, and for each input one value or one per invocation.
+        """Runs the block without a system, with constants for its parameters, and for each input either one value or one value per
+        invocation.
 
         `steps` is the number of invocations; by default it is the length of the shortest series of values, or one. `every` is the
         interval between two invocations, for blocks that measure time. Raises `CallError` for a name that the block does not have.
@@ -187,9 +188,10 @@ class Block(TableDisplay, FunctionBlock):
 class BlockUse(DeclaredNames):
     """A block or graph with constants, not yet labelled. Created by calling a block: `lib.lowpass(alpha=0.3)`.
 
-    `block` is the block or graph. `constants` are values by the names of its inputs and parameters: numbers, sequences of the item's
-    shape, structs as tuples or dicts. A number is in the item's unit; a string includes a unit, `"20 ms"`. `place` is the line of the
-    program. A name that the block does not have raises `CallError` immediately; types, ranges and units are checked at installation.
+    `block` is the block or graph. `constants` maps names of its inputs and parameters to values: numbers, sequences of the item's
+    shape, or structs as tuples or dicts. A number is in the item's unit; a string includes a unit, `"20 ms"`. `place` is the source
+    line in the program. A name that the block does not have raises `CallError` immediately; types, ranges and units are checked at
+    installation.
     """
 
     def __init__(self, block: Block | Graph, constants: Mapping[str, Any], place: Place | None = None) -> None:

@@ -49,9 +49,9 @@ def execute(block: Name) -> Command:
 
 @taking
 def activate(block: Name, every: Quantity | Interval | None = None, *, budget: Quantity | None = None) -> Command:
-    """Starts repetitive execution of `block`: at an interval, `every="20 ms"`; without one, when its synchronous inputs have new values,
-    or by the trigger on which it is placed. `every=gpac.interval("20 ms", tunable=True)` can be changed while it runs. `budget` is
-    the maximum time that one invocation may take before it counts as a fault.
+    """Starts repetitive execution of `block`. With `every="20 ms"`, the block runs at that interval. Otherwise, it runs when its
+    synchronous inputs have new values, or when the trigger on which it is placed occurs. `every=gpac.interval("20 ms", tunable=True)`
+    can be changed while the block runs. `budget` is the maximum time that one invocation may take before it counts as a fault.
     >>> activate("generator", every="20 ms")
     {'command': 'activate', 'block': 'generator', 'every_ns': 20000000, 'tunable': False, 'budget_ns': None}
     """

@@ -33,7 +33,7 @@ Transitions: TypeAlias = "Mapping[tuple[str, str], str] | Mapping[tuple[Any, str
 
 @dataclass(frozen=True)
 class _Step:
-    """One line of the augmented τ, as specified."""
+    """One entry of the augmented τ, as specified."""
 
     origins: tuple[str, ...]
     condition: str | None
@@ -77,7 +77,7 @@ class ComposedVerb(Verb[..., Report]):
     `>>`.
 
     Its blocks, cells and command lists carry the label of their part (`grasp.start`), as do the keys of `conditions` and
-    `output_values`, which have one line for each part.
+    `output_values`, which have one entry for each part.
     """
 
     _definition_kind = "compositions"
@@ -130,7 +130,7 @@ class ComposedVerb(Verb[..., Report]):
         )
 
     def reported(self, key: str) -> str:
-        """Returns the name that reports use for the line `key` of the tables of conditions and outputs."""
+        """Returns the name that reports use for the entry `key` of the tables of conditions and outputs."""
         return key.rsplit(".", 1)[-1]
 
     def _blocks_of_parts(self) -> None:
@@ -154,7 +154,7 @@ class ComposedVerb(Verb[..., Report]):
         return parameter
 
     def _termination(self, key: str, line: Mapping[str, Any]) -> Termination:
-        """Returns a line of the table, with the exception classes that the parts assign to it."""
+        """Returns an entry of the table of conditions, with the exception classes that the parts assign to it."""
         classes: dict[type[Terminated], None] = dict.fromkeys(self._awaited(line) if line["raises"] else ())
         for label, part in self._parts.items():
             for own, given in part.conditions.items():
@@ -239,14 +239,14 @@ def compose(
     """Composes several verbs into one: `compose("pick", {"approach": approach, "grasp": grasp}, transitions={("approach", "contact"):
     "grasp"})`.
 
-    `name` is the verb's name. `parts` are verbs by label, verbs (labelled by their names), or a chain made by `then` and `>>`, which
-    receives its name here. A line of `transitions` leads from a part (every list of it that the condition ends), one list
-    (`"approach.back_off"`) or a tuple of lists to a part (its initial list) or list; the condition None stands for every normal end
-    except a halt. `initial` is the first part. `rename={"grasp.speed": "closing_speed"}` renames a parameter, object, output or
-    condition of one part, `{"grasp.*": "hand_*"}` every parameter, object and output of it that no other line renames;
-    `preset={"approach.speed": 0.1}` fixes the value of an input of one part; `share=["servo"]` merges the blocks of that label into
-    one instance, which keeps running across a transition. `doc` describes the verb in a sentence. Raises all conflicts at once
-    (`CompositionConflict`, `TypeMismatch`, …).
+    `name` is the verb's name. `parts` are verbs by label, verbs (labelled by their names), or a chain created by `then` and `>>`,
+    which receives its name here. The key of an entry of `transitions` is a condition with a part (meaning every list of the part that
+    the condition ends), a list (`"approach.back_off"`) or a tuple of lists; the value is the part (meaning its initial list) or list
+    that follows. The condition None stands for every normal end except a halt. `initial` is the first part. `rename={"grasp.speed":
+    "closing_speed"}` renames a parameter, object, output or condition of one part; `{"grasp.*": "hand_*"}` renames all of them that
+    no other entry renames. `preset={"approach.speed": 0.1}` fixes the value of an input of one part; `share=["servo"]` merges the
+    blocks of that label into one instance, which keeps running across a transition. `doc` describes the verb in a sentence. Raises
+    all conflicts at once (`CompositionConflict`, `TypeMismatch`, …).
     """
     base = Composition(name, _labelled(parts, name), here())
     if isinstance(parts, ComposedVerb) and parts.composition.open:
@@ -265,7 +265,7 @@ def compose(
 
 
 def _renames(rename: Mapping[str, str], parts: Mapping[str, AnyVerb]) -> dict[str, str]:
-    """Returns `rename` with each `*` line expanded to the names that it covers."""
+    """Returns `rename` with each `*` entry expanded to the names that it covers."""
     found: dict[str, str] = {}
     for name, to in rename.items():
         label, _, own = name.rpartition(".")
@@ -288,15 +288,16 @@ def together(
     until: str = "any",
     doc: str = "",
 ) -> ComposedVerb:
-    """Combines several verbs into one that runs them at the same time. Its one initial list, `start`, contains the leading commands of
-    all parts, in order.
+    """Combines several verbs into one that runs them at the same time. Its single initial list, `start`, contains the leading commands
+    of all parts, in order.
 
-    `until="any"`: the first condition that ends a part ends all, and returns the outputs that each part defines for it.
-    `until="all"`: the verb ends with `completed` when each part has reached a normal end, and returns the outputs of all; a finished
-    part keeps running until then, and a failed part ends all. A transition leaves that list as a whole; if a system condition
-    (`halted`, `time_limit`) leads several parts to lists of their own, those lists also form one list, which ends when all parts have
-    ended it. Parts must not write the same SVV, and only one of the initial lists may contain a wait. `name`, `rename`, `preset`,
-    `share` and `doc` are as in `compose`; by default, the name joins the names of the parts, `a_and_b`.
+    With `until="any"`, the first condition that ends a part ends all parts, and the verb returns the outputs that each part defines
+    for that condition. With `until="all"`, the verb ends with `completed` when every part has reached a normal end, and returns the
+    outputs of all parts; a finished part keeps running until then, and a failed part ends all parts. A transition leaves that list as
+    a whole. If a system condition (`halted`, `time_limit`) leads several parts to lists of their own, those lists are also merged
+    into one, which ends when all parts have finished their lists. Parts must not write the same SVV, and only one of the initial
+    lists may contain a wait. `name`, `rename`, `preset`, `share` and `doc` are as in `compose`; by default, the name joins the names
+    of the parts, `a_and_b`.
     """
     if until not in ("any", "all"):
         refuse(DefinitionError, f"until= must be 'any' or 'all', not {until!r}", "write until='any' or until='all'")

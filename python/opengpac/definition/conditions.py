@@ -15,7 +15,7 @@ from .blocks import Names, names_of
 
 @dataclass(frozen=True)
 class Termination:
-    """One line of a verb's table of conditions. Created by `on`, with the same parameters. `place` is the line of the program."""
+    """One entry of a verb's table of conditions. Created by `on`, with the same parameters. `place` is the source line in the program."""
 
     on: tuple[str, ...]
     returns: tuple[str, ...] | None
@@ -45,10 +45,10 @@ def on(
 ) -> Termination:
     """Creates a termination condition: `on("near.done", returns=["position"])`, `on("force.above", raises=Collision)`.
 
-    Without block conditions it stands for the system condition of its own name (`time_limit`, `halted` …). With `returns` and no
+    Without block conditions, it stands for the system condition with the same name (`time_limit`, `halted` …). With `returns` and no
     `raises` the end is normal. `during` limits it to one or more command lists. If two conditions occur in one firing, the one with
-    the larger `priority` takes effect. Each time the condition takes effect it raises `alarm`, the code of a defined alarm:
-    `cell.alarms.define("E101", …)`.
+    the larger `priority` takes effect. Each time the condition takes effect, it raises the alarm with the code `alarm`, which must be
+    defined: `cell.alarms.define("E101", …)`.
     """
     if isinstance(raises, bool) or raises is None:
         raises = Terminated if raises else None
@@ -77,4 +77,4 @@ def termination_of(given: Any, name: str) -> Termination:
         return given
     if isinstance(given, str | list | tuple):
         return on(given)
-    refuse(DefinitionError, f"condition '{name}' must be made by on(...), not {given!r}", "write on('block.condition', returns=[…])")
+    refuse(DefinitionError, f"condition '{name}' must be created with on(...), not {given!r}", "write on('block.condition', returns=[…])")

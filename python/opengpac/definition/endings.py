@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Transitions of a verb that can never occur, because their lists only lead to its end. Applies the model's rule, for tables and
-pictures."""
+"""Transitions of a verb that can never occur, because they would lead back to normal operation from lists that run only after a command
+to end. Applies the model's rule, for tables and pictures."""
 
 from __future__ import annotations
 

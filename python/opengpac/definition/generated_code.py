@@ -22,7 +22,7 @@ def block_name(name: str) -> str:
     """Returns `name` if it is a valid block name in C."""
     if not name.isidentifier() or not name.isascii():
         refuse(
-            DefinitionError, f"'{name}' is not a valid name of a block", "pass name= with letters, digits and '_', starting with a letter"
+            DefinitionError, f"'{name}' is not a valid name for a block", "pass name= with letters, digits and '_', starting with a letter"
         )
     if _native.is_word_of_c(name):
         refuse(

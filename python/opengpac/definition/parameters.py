@@ -19,12 +19,12 @@ absent: Any = object()
 """Placeholder for a default that was omitted."""
 
 Bound: TypeAlias = float | str
-"""One end of a range: a number, or a parameter of an object, `"arm.max_speed"`; a minus sign negates it."""
+"""One bound of a range: a number, or a parameter of an object, `"arm.max_speed"`; a minus sign negates it."""
 
 
 @dataclass(frozen=True)
 class InputParameter:
-    """One line of ψ. Created by `gpac.input`."""
+    """One entry of ψ. Created by `gpac.input`."""
 
     targets: tuple[str, ...]
     default: Any
@@ -50,7 +50,7 @@ class InputParameter:
         }  # fmt: skip
 
     def value(self, given: Any, objects: Mapping[str, Any], what: str = "the value") -> Any:
-        """Returns the value of a call in the model's format. Error messages call it `what`."""
+        """Returns the value of a call in the model's format. `what` names it in error messages."""
         return plain(self.form(given, objects) if self.form is not None else given, what)
 
     def of_object(self, name: str, objects: Mapping[str, Any]) -> Any:
@@ -61,8 +61,8 @@ class InputParameter:
         except (AttributeError, KeyError):
             refuse(
                 CallError,
-                f"'{name}' is missing, and {objects.get(root, root)!r} has no '{rest}' to replace it",
-                f"pass {name}=, or an object that has it: an arm made by gpac.robots.load has a chain",
+                f"'{name}' is missing, and {objects.get(root, root)!r} has no '{rest}' to use instead",
+                f"pass {name}=, or an object that has it: an arm loaded with gpac.robots.load has a chain",
             )
 
 
@@ -83,11 +83,11 @@ def input(
 
     `within` is its range, checked before a start: numbers, or parameters of an object, `("arm.position_min", "arm.position_max")`,
     `("-arm.max_speed", "arm.max_speed")`; a value outside raises `OutOfRange`. With a range, `"30 %"` means that fraction of the
-    maximum value, and one number for an array applies to each device. `counted_from="arm.commanded"` makes the check apply to the sum
-    of that SVV and the value.
+    maximum value, and a single number passed for an array applies to each device. With `counted_from="arm.commanded"`, the check
+    applies to the sum of that SVV and the value.
 
-    `member="arm.chain"`: the default is that attribute of the object `arm`, read at each start. `form(given, objects)` converts the
-    argument into the value for the ports: a short list into a table of fixed size.
+    With `member="arm.chain"`, the default is that attribute of the object `arm`, read at each start. `form(given, objects)` converts
+    the argument into the value for the ports, for example a short list into a table of fixed size.
     """
     if form is not None and not callable(form):
         refuse(CallError, f"form= must be a function, not {form!r}", "pass a function of the value and the objects")
@@ -118,7 +118,7 @@ def required(raises: type[Error], *, when: str | None = None, remedy: str = "") 
     if not isinstance(raises, type) or raises not in REFUSALS:
         refuse(
             DefinitionError,
-            f"the class that a requirement raises must be a refusal of OpenGPAC, not {raises!r}",
+            f"the class that a requirement raises must be an exception class of OpenGPAC, not {raises!r}",
             f"pass one of {', '.join(kind.__name__ for kind in REFUSALS)}",
         )
     return Requirement(raises, when, remedy, here())
@@ -167,7 +167,7 @@ def each(device_type: type[LogicalDevice]) -> Object:
 
 
 def objects_of(objects: Mapping[str, Any] | None) -> dict[str, Object]:
-    """Converts `objects=` to a mapping name → object, from device types or `gpac.each(type)`."""
+    """Converts `objects=`, whose values are device types or `gpac.each(type)`, to a mapping from names to objects."""
     found: dict[str, Object] = {}
     for name, given in (objects or {}).items():
         if isinstance(given, type) and issubclass(given, LogicalDevice):

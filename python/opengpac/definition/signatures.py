@@ -42,7 +42,9 @@ def call_signature(verb: Verb[..., Any], function: Any) -> Signature:
     try:
         declared = inspect.signature(function)
     except (TypeError, ValueError):
-        refuse(DefinitionError, f"verb '{verb.name}' is made from {function!r}, which is not a function of your program", "omit function=")
+        refuse(
+            DefinitionError, f"verb '{verb.name}' was created from {function!r}, which is not a function of your program", "omit function="
+        )
     known = [*given, *inputs(verb)]
     for name, parameter in declared.parameters.items():
         if name not in known:

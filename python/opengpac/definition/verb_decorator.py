@@ -39,13 +39,13 @@ def verb(
     name: str | None = None,
     manual: bool = False,
 ) -> Callable[[Callable[P, R]], Verb[P, R]]:
-    """Creates a verb from a function whose body is its docstring. The mappings define its behaviour, the function's signature defines
-    its call.
+    """Creates a verb from a function whose body is its docstring. The mappings define the verb's behaviour, and the function's signature
+    defines its call.
 
     The mappings (`blocks`, `command_lists`, `objects`, `instantiation_parameters`, `cells`, `input_parameters`, `output_values`,
     `conditions`, `transitions`, `modes`, `requires`) and `initial`, `ending`, `ending_limit`, `suspend`, `if_cut_off` and `manual`
     are as in `gpac.Verb`. `name` defaults to the function's name. If the return annotation derives from `gpac.Report`, it is the
-    class of its reports.
+    class of the verb's reports.
     """
     namespace = dict(sys._getframe(1).f_locals)
 

@@ -45,11 +45,11 @@ class VerbTables(PictureOwner):
         return len(self.command_lists) == 1
 
     def reported(self, key: str) -> str:
-        """Returns the name that reports use for a line of the tables of conditions and outputs: its `key`, without the part's label."""
+        """Returns the name that reports use for an entry of the tables of conditions and outputs: its `key`, without the part's label."""
         return key
 
     def termination(self, condition: str, command_list: str) -> Termination | None:
-        """Returns the line of the table that applies to `condition` in `command_list`, or None."""
+        """Returns the entry of the table that applies to `condition` in `command_list`, or None."""
         lines = (t for key, t in self.conditions.items() if self.reported(key) == condition)
         return next((t for t in lines if not t.during or command_list in t.during), None)
 

@@ -309,7 +309,7 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
     def _own_system(self) -> System | None:
         systems = self._own_systems()
         if len(systems) > 1:
-            refuse(DefinitionError, f"verb '{self.name}' has blocks of two systems", "download the module in one system")
+            refuse(DefinitionError, f"verb '{self.name}' has blocks from two systems", "use blocks of one system")
         return next(iter(systems), None)
 
     def own_systems(self) -> set[System]:
@@ -387,7 +387,7 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
     def _instead(self, name: str) -> str:
         if name in self.input_parameters:
             return f"pass it in a call: {self.name}(…, {name}=…)"
-        return "make another definition: this one cannot be changed" if name in vars(self) else ""
+        return "create another definition, because this one cannot be changed" if name in vars(self) else ""
 
     def _called(self) -> str:
         return f"verb '{self.name}'"
@@ -410,8 +410,8 @@ class Verb(VerbTables, DeclaredNames, Generic[P, R]):
                 )
 
     def refused_call(self, error: TypeError, kwargs: Mapping[str, Any]) -> None:
-        """Raises `CallError` for arguments that do not match, based on `error`; suggests the parameter that a name in `kwargs` probably
-        meant."""
+        """Raises `CallError` for mismatched arguments, based on `error`. If `kwargs` contains an unknown name, suggests the parameter
+        that was probably meant."""
         known = [*self.signature.parameters, "time_limit"]
         wrong = next((name for name in kwargs if name not in known), None)
         remedy = did_you_mean(wrong, known) if wrong else f"call it as {self.name}{self.signature}"

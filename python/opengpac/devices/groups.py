@@ -48,7 +48,7 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
             if not isinstance(device, LogicalDevice):
                 refuse(CallError, f"members of group '{name}' must be logical devices, not {device!r}", "pass logical devices")
         if len({device.system for device in devices}) > 1:
-            refuse(CallError, f"group '{name}' has devices of several systems", "take all of them from one system")
+            refuse(CallError, f"group '{name}' has devices from several systems", "pass devices of one system")
         self.name = name
         self.model = ""
         """Identifier of the arm's mechanics, for example the hash of the model file from which it was loaded."""
@@ -126,7 +126,7 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
         for device in self._devices:
             if member not in device.svv_members() and member not in device.parameter_members():
                 what = f"{device.definition_name()} '{device.name}' of group '{self.name}'"
-                refuse(CallError, f"{what} has no member '{member}'", f"set it for the others: group['…'].{member} = …")
+                refuse(CallError, f"{what} has no member '{member}'", f"set it for the other devices: group['…'].{member} = …")
         before = self.values(member)
         given = self._one_for_each(member, value, before)
         done: list[tuple[D, Any]] = []
@@ -202,8 +202,8 @@ class Group(TableDisplay, DeclaredNames, Argument, Generic[D]):
             refuse(UnknownName, f"group '{self.name}' has no device '{which}'", did_you_mean(which, self.short_names))
         if len(found) > 1:
             called = [name for device, name in zip(self._devices, self.short_names, strict=True) if device in found]
-            what = f"group '{self.name}' has {len(found)} devices '{which}'"
-            refuse(UnknownName, what, f"name one of them: {', '.join(map(repr, called))}")
+            what = f"group '{self.name}' has {len(found)} devices named '{which}'"
+            refuse(UnknownName, what, f"use a longer name: {', '.join(map(repr, called))}")
         return found[0]
 
     def __getattr__(self, name: str) -> D:

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 Within: TypeAlias = tuple[float | str, float | str] | str
-"""A range: two ends, or a text such as `"(0, inf)"`, in which a parenthesis excludes the end."""
+"""A range: two bounds, or a text such as `"(0, inf)"`, in which a parenthesis excludes the bound."""
 
 
 class SvvMember:
@@ -110,10 +110,10 @@ def svv(
 
     `initial` is the initial value, or the name of a member, `"sensed"`, whose value is copied once when the device is enabled.
 
-    `keep`: its value survives a warm restart, as for an offset found by homing. `within` is the range of values that Python may
-    store: `"[0, inf)"`, or two ends, each a number or a parameter of the device: `("position_min", "position_max")`. `shared="name"`:
-    the devices share the system's SVV of that name, which is created with the first of them. `reading`: its value describes the
-    machine, so reading it on a device that was never enabled is refused (`NotEnabled`).
+    With `keep`, its value survives a warm restart, as an offset found by homing must. `within` is the range of values that Python may
+    store: `"[0, inf)"`, or two bounds, each a number or a parameter of the device: `("position_min", "position_max")`. With
+    `shared="name"`, the devices share the system's SVV of that name, which is created with the first device. With `reading`, its
+    value describes the machine; reading it on a device that was never enabled is refused (`NotEnabled`).
     """
     kept = whole(history, "the history of an SVV", 0, 2**32 - 1)
     return SvvMember(type, unit, initial, kept, keep, range_of(within, "the range of an SVV"), shared, reading)
@@ -153,12 +153,12 @@ class ParameterMember:
 def parameter(default: Any, *, unit: str = "", tunable: bool = False, keep: bool | None = None, within: Within | None = None) -> Any:
     """Declares a parameter of a device type, with its `default` and `unit`.
 
-    `within` is its range: `"(0, inf)"` for numbers above 0, or two ends, each a number or another parameter of the device, optionally
-    negated. A value outside raises `OutOfRange`, when the device is created and when the parameter is set.
+    `within` is its range: `"(0, inf)"` for numbers above 0, or two bounds, each a number or another parameter of the device,
+    optionally negated. A value outside raises `OutOfRange`, when the device is created and when the parameter is set.
 
     A `tunable` parameter can be set while the device's verb runs; others take effect at its next start.
 
-    `keep`: its value survives a warm restart; by default, only the values of tunable parameters do.
+    With `keep`, its value survives a warm restart; by default, this applies only to tunable parameters.
     """
     return ParameterMember(default, unit, tunable, keep, range_of(within, "the range of a parameter"))
 
@@ -175,15 +175,16 @@ class _Definition:
 class LogicalDevice(TableDisplay, DeclaredNames, Argument):
     """Base of logical device types: `class Joint(gpac.LogicalDevice, verb=servo)` with members `gpac.svv` and `gpac.parameter`.
 
-    `Joint("elbow", drive=ur5e["elbow"], on=fast)` creates a device: `name` is unique in the system, `on` is the placement of its verb
-    (or `system` is the device's system, if no other argument determines it); the other arguments are its verb's, or override
-    parameters. `every={"read": "5 ms"}` changes intervals of its verb's blocks. `units={"rad": "m"}` replaces components of the
-    type's units for this device, for example for a prismatic joint. `verb` replaces the type's verb for this device, if its drive is
-    commanded differently. A device must be enabled before verbs may use it.
+    `Joint("elbow", drive=ur5e["elbow"], on=fast)` creates a device: `name` is unique in the system, and `on` is the placement of its
+    verb. `system` is the device's system, needed only if no other argument determines it. The other arguments are those of its verb,
+    or override parameters. `every={"read": "5 ms"}` changes intervals of its verb's blocks. `units={"rad": "m"}` replaces components
+    of the type's units for this device, for example for a prismatic joint. `verb` replaces the type's verb for this device, if its
+    drive is commanded differently. A device must be enabled before verbs may use it.
 
     `arbitration` decides what happens if a verb needs a resource of the device that another verb holds: `"refuse"` (the default:
-    `SecondWriter` names both), `"queue"` (its start waits, in order) or `"abort"` (the other ends with `aborted`, then it starts).
-    The type sets it for all of its devices, `class Joint(..., arbitration="queue")`, and `Joint(..., arbitration="abort")` for one.
+    `SecondWriter` names both), `"queue"` (its start waits in a queue) or `"abort"` (the other verb ends with `aborted`, then it
+    starts). `class Joint(..., arbitration="queue")` sets it for all devices of the type, `Joint(..., arbitration="abort")` for one
+    device.
 
     Raises `InUse` for a name that is taken, `CallError` for an unknown argument or if the system is undetermined, `DefinitionError`
     for an invalid `arbitration`, and the errors that creating its verb can raise; the device is created completely or not at all.
@@ -286,7 +287,8 @@ class LogicalDevice(TableDisplay, DeclaredNames, Argument):
         if other is not None and other is not self and (other.definition_name(), other._numbers) != (self.definition_name(), self._numbers):
             refuse(
                 UnknownName,
-                f"this {self.definition_name()} '{self.name}' was deleted, and its name is now used by a {other.definition_name()}",
+                f"this {self.definition_name()} '{self.name}' was deleted, and its name is now used by another device of type "
+                f"{other.definition_name()}",
                 "use the newer one",
             )
         return self.system._alive()

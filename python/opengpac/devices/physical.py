@@ -85,7 +85,7 @@ class Channel(DeclaredNames, Argument):
             native.raises(self.device.name, self.name, source.name, here().json())
 
     def _instead(self, name: str) -> str:
-        return "write it by a block: write_channel" if name == "value" else ""
+        return "write it with a block: write_channel" if name == "value" else ""
 
     def _called(self) -> str:
         return f"channel '{self.device.name}.{self.name}'"
@@ -102,7 +102,7 @@ class _Channels(TableDisplay, DeclaredNames):
         raise NotImplementedError
 
     def _instead(self, name: str) -> str:
-        return "write it by a block: write_channel" if name in self._names() else ""
+        return "write it with a block: write_channel" if name in self._names() else ""
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
@@ -194,11 +194,12 @@ class PhysicalDevice(_Channels):
 
     @property
     def counters(self) -> dict[str, int]:
-        """Counters of the driver, by name: lost frames, late answers. A counter of a remote device is 0 until its processor reports it."""
+        """Counters of the driver, by name, for example of lost frames or late answers. A counter of a remote device is 0 until its
+        processor reports it."""
         self._here()
         known = self.system.statistics["physical_devices"].get(self.name)
         if known is None:
-            refuse(UnknownName, f"physical device '{self.name}' was deleted and no longer counts")
+            refuse(UnknownName, f"physical device '{self.name}' was deleted, so it has no counters")
         return {word["name"]: 0 for word in self.about.get("counters", [])} | known["counters"]
 
     def reopen(self) -> None:
@@ -225,7 +226,7 @@ class PhysicalDevice(_Channels):
             refuse(
                 UnknownName,
                 f"this physical device '{self.name}' was deleted, and its name is now used by another one",
-                "take parts and channels of the newest one",
+                "use the parts and channels of the new one",
             )
         return self.system._alive()
 

@@ -90,7 +90,9 @@ class Points(MutableMapping[str, Point]):
         blind = [device.name for device in given if device.state not in ("standstill", "moving")]
         if blind and not checking.active():
             refuse(
-                NotEnabled, f"cannot teach point '{name}': {', '.join(blind)} is not enabled, so its position is unknown", "enable it first"
+                NotEnabled,
+                f"cannot teach point '{name}': the positions of joints that are not enabled are unknown: {', '.join(blind)}",
+                "enable them first",
             )
         joints = dict(zip(given.short_names, map(float, given.values("sensed")), strict=True))
         taught = None if given.system.virtual else datetime.now(UTC).replace(microsecond=0)
@@ -115,10 +117,16 @@ class Points(MutableMapping[str, Point]):
             if wrong is not None:
                 refuse(UnknownName, f"point '{name}' has no joint '{wrong}'", did_you_mean(str(wrong), entry.joints))
             if joints and entry.pose is not None:
-                refuse(ValueRefused, f"point '{name}' is a pose in '{entry.frame}', not joints", "edit its pose=, or teach it again")
+                refuse(
+                    ValueRefused,
+                    f"point '{name}' is stored as a pose in '{entry.frame}', not as joint positions",
+                    "edit its pose=, or teach it again",
+                )
             if pose is not None and entry.pose is None:
                 refuse(
-                    ValueRefused, f"point '{name}' is joints, not a pose", f"teach it in a frame: points.teach('{name}', frame=\"world\")"
+                    ValueRefused,
+                    f"point '{name}' is stored as joint positions, not as a pose",
+                    f"teach it in a frame: points.teach('{name}', frame=\"world\")",
                 )
             entry = replace(
                 entry, joints=_checked(name, {**entry.joints, **(joints or {})}), pose=entry.pose if pose is None else Pose.of(pose)
@@ -129,7 +137,7 @@ class Points(MutableMapping[str, Point]):
         return self[name]
 
     def rename(self, name: str, to: str) -> None:
-        """Renames the point `name` to `to`; raises `ValueRefused` if `to` exists."""
+        """Renames the point `name` to `to`; raises `ValueRefused` if `to` already exists."""
         _named(to)
 
         def change(text: str) -> str:
@@ -156,7 +164,7 @@ class Points(MutableMapping[str, Point]):
         def put(document: Any) -> None:
             if not document["arm"]["joints"]:
                 if self._arm is None:
-                    refuse(CallError, f"point '{name}' belongs to no arm", "pass the arm: gpac.Points(path, arm)")
+                    refuse(CallError, f"point '{name}' has no arm", "pass the arm: gpac.Points(path, arm)")
                 self._take_arm(self._arm, document)
             names = [str(joint) for joint in document["arm"]["joints"]]
             before = point_file.entry_of(document, name) if name in document["points"] else PointEntry({})
@@ -230,7 +238,7 @@ class Points(MutableMapping[str, Point]):
     # ---- points in space ----
 
     def _placed(self, document: Any, name: str, arm: Any, entry: PointEntry) -> PointEntry:
-        """Returns the entry with the pose of the arm at its joints, expressed in its frame."""
+        """Returns the entry with the pose that the arm has at the entry's joint positions, expressed in the entry's frame."""
         if entry.frame == JOINTS:
             if entry.tool is not None:
                 refuse(CallError, f"point '{name}' has a tool but no frame", 'pass the frame too: frame="world"')
@@ -351,9 +359,11 @@ class Points(MutableMapping[str, Point]):
             says = f"the points of '{self.path}' are for joints {', '.join(of['joints'])}, but arm '{arm.name}' has {', '.join(joints)}"
             refuse(ValueRefused, says, "use the file of this arm")
         if not self._any_model and of["model"] != model_of(arm):
-            says = f"the points of '{self.path}' were taught with another model of arm '{of['name']}' than that of '{arm.name}'"
+            says = f"the points of '{self.path}' were taught with a model of arm '{of['name']}' that differs from the model of '{arm.name}'"
             refuse(
-                ValueRefused, says, "use the file of this arm; if the joints have the same meaning: gpac.Points(path, arm, any_model=True)"
+                ValueRefused,
+                says,
+                "use the file of this arm, or, if the joints have the same meaning, write gpac.Points(path, arm, any_model=True)",
             )
 
 
@@ -370,7 +380,7 @@ class PlaceTable(MutableMapping[str, Pose]):
     def __setitem__(self, name: str, place: Pose) -> None:
         one = self._section[:-1]
         if not isinstance(name, str) or not name.strip() or name in (JOINTS, WORLD):
-            refuse(CallError, f"a {one} cannot be named {name!r}", f"give a non-empty name other than '{JOINTS}' and '{WORLD}'")
+            refuse(CallError, f"a {one} cannot be named {name!r}", f"choose a non-empty name other than '{JOINTS}' and '{WORLD}'")
         entry = point_file.pose_entry(Pose.of(place))
 
         def put(document: Any) -> None:
@@ -397,7 +407,9 @@ class PlaceTable(MutableMapping[str, Pose]):
             of = [point for point, entry in document["points"].items() if entry.get(key) == name]
             if of:
                 refuse(
-                    ValueRefused, f"cannot delete {key} '{name}': point '{of[0]}' uses it", "teach that point in another one, or delete it"
+                    ValueRefused,
+                    f"cannot delete {key} '{name}': point '{of[0]}' uses it",
+                    f"teach that point with another {key}, or delete the point",
                 )
             del document[self._section][name]
 
@@ -436,7 +448,7 @@ def _group(arm: Any) -> Group[Any]:
 
 def _named(name: Any) -> None:
     if not isinstance(name, str) or not name.strip():
-        refuse(CallError, f"the name of a point must be a string, not {name!r}", "write 'pick', for example")
+        refuse(CallError, f"a point cannot be named {name!r}", "pass a non-empty string, for example 'pick'")
 
 
 def _joints_of(name: str, joints: Any, names: list[str]) -> dict[str, float]:
@@ -452,7 +464,7 @@ def _joints_of(name: str, joints: Any, names: list[str]) -> dict[str, float]:
     if set(joints) != set(names):
         wrong = next((joint for joint in joints if joint not in names), None)
         remedy = did_you_mean(str(wrong), names) if wrong else f"pass each of {', '.join(names)}, or change some with edit()"
-        refuse(UnknownName, f"joints of point '{name}' are incomplete: {', '.join(map(str, joints)) or 'nothing'}", remedy)
+        refuse(UnknownName, f"the joints of point '{name}' must be {', '.join(names)}, not {', '.join(map(str, joints)) or 'none'}", remedy)
     return _checked(name, {joint: joints[joint] for joint in names})
 
 

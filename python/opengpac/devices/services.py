@@ -99,7 +99,7 @@ class Services(TableDisplay):
 
     def __getitem__(self, name: str) -> Service:
         if name not in self._services:
-            none = "choose another device: its driver declares no services"
+            none = "use a device whose driver declares services"
             meant = did_you_mean(name, self._services) if self._services else none
             refuse(UnknownName, f"physical device '{self._device.name}' has no service '{name}'", meant)
         return self._services[name]

@@ -9,7 +9,7 @@
         port: str = Option("the serial port")
         temperature = read("double", unit="K")
         heater = write("double", unit="W", safe=0.0)
-        damaged = counter("answers with a wrong check sum")
+        damaged = counter("answers with a wrong checksum")
 
         def open(self): ...
         def exchange(self): ...
@@ -20,8 +20,8 @@
         def scan(cls, **options): ...
 
         @service
-        def calibrate(self, at: float = Option("the temperature that it has", unit="K")) -> None:
-            "Takes the present temperature for this one."
+        def calibrate(self, at: float = Option("the actual temperature", unit="K")) -> None:
+            "Calibrates the current reading to this temperature."
 
 Pass `gpac.drivers.python("thermometer.py", port="/dev/ttyS0", period="10 ms")` to `rtp.physical_device`. The source that exchanges
 with the device never waits for the process: it takes the latest readings, whose age is the channel `age`.

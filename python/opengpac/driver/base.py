@@ -81,6 +81,6 @@ def channels_of(kind: type[Driver]) -> dict[str, Channel]:
 
 
 def place_of(driver: Driver, channel: Channel) -> tuple[dict[str, Any], str]:
-    """Returns where the object stores a channel's value: a dictionary, and the key in it."""
+    """Returns the location at which the object stores a channel's value: a dictionary, and a key in it."""
     part, _, word = channel.name.rpartition(".")
     return (vars(driver.__dict__[part]) if part else driver.__dict__), word

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 F = TypeVar("F", bound=Callable[..., Any])
 
 _UNLIMITED = 1e6
-"""Limit of a part that stands for "no limit", as in drivers in other languages."""
+"""Limit value that means "no limit" in the declaration of a part, as in drivers in other languages."""
 
 
 def Option(doc: str, default: Any = NEEDED, *, unit: str = "", within: str | Sequence[float] | None = None) -> Any:
@@ -60,8 +60,8 @@ def part(
 
     `unit` is `rad` or `m`. `command="effort"` declares a joint whose control loop runs in the program, with gains `kp` and `kd` at 1
     kHz: `exchange` reads `effort`, and sets `bias`, the holding effort. With `operating=True`, `exchange` sets
-    `self.elbow.operating`, and `enable` and verbs wait until it is true. An omitted limit means no limit; numbers are in `unit`,
-    texts in any unit.
+    `self.elbow.operating`, and `enable` and verbs wait until it is true. An omitted limit means no limit; a number is in `unit`, and
+    a text may use any unit.
     """
     if unit not in ("rad", "m") or command not in ("position", "effort"):
         refuse(
@@ -88,7 +88,7 @@ def part(
 
 
 def counter(doc: str, *, unit: str = "") -> Any:
-    """Declares a counter of a driver, `damaged = counter("answers with a wrong check sum")`, which starts at 0 and which `exchange`
+    """Declares a counter of a driver, `damaged = counter("answers with a wrong checksum")`, which starts at 0 and which `exchange`
     increments. Programs read it in `device.counters`, `statistics` and `opengpac top`."""
     return Counter(doc, unit)
 
@@ -98,9 +98,10 @@ def service(method: F) -> F: ...
 @overload
 def service(*, moves: bool = False) -> Callable[[F], F]: ...
 def service(method: F | None = None, *, moves: bool = False) -> F | Callable[[F], F]:
-    """Makes a method callable by programs outside the cycle, `device.services.calibrate(at="300 K")`. Argument types are checked, and
-    the docstring is shown. An argument may be an `Option` with unit and text. The method runs between two exchanges, during which the
-    readings age. `@service(moves=True)` declares that it moves the machine: it is refused while an emergency stop is latched."""
+    """Declares a method as an acyclic service that programs can call: `device.services.calibrate(at="300 K")`. Argument types are
+    checked, and the docstring is shown. An argument may be an `Option` with a unit and a description. The method runs between two
+    exchanges, during which the readings age. `@service(moves=True)` declares that it moves the machine: it is refused while an
+    emergency stop is latched."""
 
     def made_of(method: F) -> F:
         made = Service(method, moves)

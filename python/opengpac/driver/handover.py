@@ -20,7 +20,7 @@ is_process = False
 """True in a driver process. False under virtual time, when the class runs in the process of the program."""
 
 PATIENCE_S = 10.0
-"""Time limit within which an orphaned process must reach its safe state and close the device."""
+"""Time within which an orphaned process must reach its safe state and close the device."""
 
 
 def taken_over(device: str, patience_s: float = PATIENCE_S) -> socket.socket:

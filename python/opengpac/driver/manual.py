@@ -22,7 +22,7 @@ def scanned(kind: type[Driver], options: Mapping[str, Any]) -> list[dict[str, An
     """Returns the devices that a class finds. Refuses classes that cannot scan, unknown options, and malformed results."""
     name = kind.__name__
     if not _scans(kind):
-        refuse(CallError, f"driver '{name}' cannot look for devices", "see its manual for the options that open one, or define scan(cls)")
+        refuse(CallError, f"driver '{name}' cannot search for devices", "see its manual for the options that open one, or define scan(cls)")
     declared = kind.members(OptionMember)
     for wrong in options.keys() - declared.keys():
         refuse(CallError, f"driver {name} has no option '{wrong}'", did_you_mean(wrong, declared))
@@ -31,9 +31,9 @@ def scanned(kind: type[Driver], options: Mapping[str, Any]) -> list[dict[str, An
         found = [{"what": str(device["what"]), "options": dict(device["options"])} for device in kind.scan(**given)]
     except (KeyError, TypeError, ValueError) as why:
         remedy = 'return a list of {"what": text, "options": {name: value}}'
-        refuse(DeviceFailed, f"the scan of driver {name} returns invalid results: {type(why).__name__}: {why}", remedy)
+        refuse(DeviceFailed, f"scan() of driver {name} returns invalid results: {type(why).__name__}: {why}", remedy)
     except Exception as why:
-        refuse(DeviceFailed, f"driver {name} cannot look for devices: {type(why).__name__}: {why}")
+        refuse(DeviceFailed, f"driver {name} cannot search for devices: {type(why).__name__}: {why}")
     return found
 
 
@@ -63,7 +63,7 @@ def the_driver(members: Mapping[str, Any], module: str, where: str, name: str | 
         refuse(
             CallError,
             f"{where} has {len(many)} drivers{': ' if many else ''}{', '.join(many)}",
-            "write a class derived from opengpac.driver.Driver, and name it",
+            "derive one class from opengpac.driver.Driver, or pass the name of one of several",
         )
     chosen = members.get(name)
     if not (isinstance(chosen, type) and issubclass(chosen, Driver)):

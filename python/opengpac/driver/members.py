@@ -53,7 +53,7 @@ class OptionMember(NamedMember):
         self.range = text or ("[0, inf)" if unit in ("s", "ns") else None)
 
     def taken(self, kind: type | None, value: Any, what: str) -> Any:
-        """Returns the value of the option, converted to its annotated type; a text with a unit is converted to a number in the option's
+        """Returns the value of the option, converted to its annotated type; text with a unit is converted to a number in the option's
         unit."""
         if isinstance(value, str) and kind in (int, float) and self.unit:
             with refusals:
@@ -185,11 +185,19 @@ class Service:
         for name, (_, kind) in self.arguments.items():
             if kind not in _KIND_NAMES:
                 kinds = ", ".join(_KINDS)
-                refuse(DefinitionError, f"the type of argument '{name}' of service '{self.name}' cannot be sent", f"annotate it: {kinds}")
+                refuse(
+                    DefinitionError,
+                    f"argument '{name}' of service '{self.name}' has a type that cannot be sent",
+                    f"annotate it as one of {kinds}",
+                )
         given = signature.return_annotation
         self.answer = None if given in (None, "None", inspect.Signature.empty) else kind_of(given)
         if self.answer not in _KIND_NAMES and self.answer is not None:
-            refuse(DefinitionError, f"service '{self.name}' returns {given}, which cannot be sent", f"return None, {', '.join(_KINDS)}")
+            refuse(
+                DefinitionError,
+                f"service '{self.name}' returns {given}, which cannot be sent",
+                f"return None or one of {', '.join(_KINDS)}",
+            )
         if not self.doc:
             refuse(DefinitionError, f"service '{self.name}' has no docstring", "describe in one line what it does")
 

@@ -20,7 +20,7 @@ from .manual import about, services_of, the_driver
 from .members import NOTHING_NEW, Channel, Counter
 
 _Placed = tuple[Channel, int, dict[str, Any], str]
-"""A channel, its offset in its group, and the place where the object stores its value."""
+"""A channel, its offset in its group, and the dictionary and key at which the object stores its value."""
 _AGE_MAX_S = 1e6
 """Maximum age of readings, s; a program has no use for older ones."""
 
@@ -78,10 +78,10 @@ class Exchange:
             self._driver.open()
 
     def exchange(self, commands: bytes, engaged: bytes = b"") -> tuple[bytes, list[int], float | None]:
-        """Performs one exchange: the driver reads the commands from its channels, and stores its readings there.
+        """Performs one exchange: the driver reads the commands from its channels, and stores its readings in them.
 
-        Returns the readings, the counters, and the age of the readings in s, or None if they are the previous ones. `engaged`
-        indicates for each written channel whether a verb commands it; by default, all are engaged.
+        Returns the readings, the counters, and the age of the readings in s, or None if the machine has reported nothing since the
+        previous exchange. `engaged` indicates for each written channel whether a verb commands it; by default, all are engaged.
         """
         with self._busy:
             for index, (channel, offset, values, name) in enumerate(self._writes):
@@ -131,7 +131,7 @@ def _age_of(told: Any) -> float | None:
     told = number(told)
     if isinstance(told, int | float) and not isinstance(told, bool) and 0.0 <= told <= _AGE_MAX_S:
         return float(told)
-    remedy = f"return nothing, opengpac.driver.NOTHING_NEW, or the age of its readings, 0 to {_AGE_MAX_S:.0f} s"
+    remedy = f"return nothing, opengpac.driver.NOTHING_NEW, or the age of the readings, from 0 to {_AGE_MAX_S:.0f} s"
     raise ValueError(f"exchange() cannot return {told!r}: {remedy}")
 
 
@@ -153,7 +153,7 @@ def loaded(path: str | None, module: str | None, name: str | None) -> type[Drive
 
 
 def main() -> int:
-    """Serves until the device is closed or the program exits."""
+    """Runs the driver until the device is closed or the program exits."""
     # Keyboard interrupts are handled by the program, which closes its devices.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     handover.is_process = True

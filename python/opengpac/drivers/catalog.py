@@ -139,7 +139,7 @@ def manuals(kind: str) -> Manuals:
     if kind in known:
         return Manuals([known[kind]])
     if not is_file(kind):
-        refuse(UnknownName, f"driver '{kind}' is unknown", did_you_mean(kind, known))
+        refuse(UnknownName, f"there is no driver '{kind}'", did_you_mean(kind, known))
     if _is_class(kind):
         return Manuals([_of_class(kind, known["python"].about)])
     return Manuals(Manual(about, kind) for _, about in load(kind).manuals)
@@ -176,8 +176,8 @@ def _of_class(source: str, general: Mapping[str, Any]) -> Manual:
 
 
 def scan(kind: str | None = None, **options: Any) -> Found:
-    """Searches for devices that a driver could open, without moving any machine. `options` limit the search; they are those that open a
-    device.
+    """Searches for devices that a driver could open, without moving any machine. `options` limit the search; they are the same as for
+    opening a device.
 
     Without `kind`, every driver that supports it searches; `problems` of the result contains the failures. `kind` may be a file, as
     for `show`. Searches this host; `cell.scan_devices(kind)` searches the host of a remote system.
@@ -200,7 +200,7 @@ def _here(kind: str, options: Mapping[str, Any]) -> builtins.list[dict[str, Any]
 
 
 def on_host_of(system: Any) -> Look:
-    """Returns a function with which drivers search on the host of a system. `system` is the local binding's, or a remote one."""
+    """Returns a function that lets drivers search for devices on the host of `system`, which may be local or remote."""
 
     def look(kind: str, options: Mapping[str, Any]) -> builtins.list[dict[str, Any]]:
         with refusals:

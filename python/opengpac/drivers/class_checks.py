@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks of a driver in Python on its class itself: values that reach `exchange`, and leaks over many exchanges and life cycles.
+"""Checks that call the class of a driver in Python directly, for the values that reach `exchange`, and for leaks over many exchanges and
+life cycles.
 
 The test kit of the compiled core sees such a driver only through its process, which filters invalid commands, and hides leaks by
 restarting. Here, one process creates an object of the class and calls it directly. It prints one line of JSON for each check, and
@@ -88,7 +89,7 @@ def brief(options: str) -> None:
         made = subject.steady(20)
         mean = (time.thread_time() - before) / made
         if mean > BRIEF_S:
-            raise Wrong(f"it computes for {mean * 1e3:.1f} ms; wait for the machine with a blocking call instead of a loop")
+            raise Wrong(f"it takes {mean * 1e3:.1f} ms of computing time; wait for the machine with a blocking call instead of a loop")
 
 
 AT_FIRST: dict[str, Any] = {}

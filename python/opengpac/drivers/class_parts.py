@@ -38,7 +38,7 @@ class PartSubject:
         try:
             self.subject.exchange(lambda channel: commanded.get(channel.name, channel.initial), engaged)
         except (Exception, SystemExit) as why:
-            raise Wrong(f"exchange() raises {said(why)} while part '{self.part.name}' is pushed gently") from why
+            raise Wrong(f"exchange() raises {said(why)} while part '{self.part.name}' is commanded to move slightly") from why
         time.sleep(PAUSE_S)
 
     def rests(self) -> None:
@@ -84,9 +84,13 @@ def parts(options: str) -> None:
             (up, _), (down, _) = pushes
             if abs(up) < MOTION and abs(down) < MOTION:
                 ignored = "the command is ignored, or the reading is frozen"
-                raise Wrong(f"the position of part '{part.name}' stays the same while it is pushed each way: {ignored}")
+                raise Wrong(
+                    f"the position of part '{part.name}' does not change when it is commanded to move in either direction: {ignored}"
+                )
             if up - down < MOTION:
-                raise Wrong(f"the position of part '{part.name}' changes by {up:.3g} while it is pushed up, and by {down:.3g} down")
+                raise Wrong(
+                    f"the position of part '{part.name}' changes by {up:.3g} when it is commanded to move up, and by {down:.3g} when down"
+                )
             for distance, velocity in pushes:
                 if abs(distance) > CLEAR and distance * velocity <= 0:
                     raise Wrong(f"the position of part '{part.name}' changes by {distance:.3g} while its velocity is {velocity:.3g}")

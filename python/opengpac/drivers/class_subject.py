@@ -58,7 +58,7 @@ class Subject:
             try:
                 self.exchange()
             except (Exception, SystemExit) as why:
-                raise Wrong(f"exchange() raises {said(why)} at exchange {number}, though nothing is commanded") from why
+                raise Wrong(f"exchange() raises {said(why)} at exchange {number}, although nothing is commanded") from why
             if odd := self.odd():
                 raise Wrong(f"reading '{odd.name}' is {self.value(odd)!r} after {number} exchanges")
             if time.monotonic() > end_s:

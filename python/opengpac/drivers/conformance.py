@@ -108,7 +108,7 @@ def _ask(driver: Driver) -> None:
     """Asks the user for permission to send extreme commands. Refuses if there is no terminal or the user declines."""
     if driver.kind in SIMULATED:
         return
-    what = "the kit sends infinite, extreme and absurd commands to any machine that these options connect"
+    what = "the kit sends infinite, extreme and absurd commands to any machine that is connected with these options"
     if sys.stdin.isatty():
         print(f"{what}.\nIs it certain that no machine is connected or that nothing can move? [y/N] ", end="", file=sys.stderr, flush=True)
         if sys.stdin.readline().strip().lower() in ("y", "yes"):
@@ -133,7 +133,7 @@ def _of_class(driver: Driver, goes_on: Callable[[str, str], bool]) -> list[dict[
             limit.cancel()
             why = ""
             if not line:
-                why = f"it did not return within {CLASS_S:.0f} s" if is_late else f"it ended its process with status {process.wait()}"
+                why = f"it did not return within {CLASS_S:.0f} s" if is_late else f"its process exited with status {process.wait()}"
             outcome = {"check": name, "sentence": sentence, "verdict": "failed", "why": why} if why else json.loads(line)
             outcomes.append(outcome)
             if not goes_on(name, outcome["verdict"]) or outcome["verdict"] == "failed":
@@ -167,7 +167,7 @@ def _drivers(name: str, options: Mapping[str, Any]) -> Iterator[Driver]:
 
 
 def _option(text: str) -> tuple[str, Any]:
-    """Parses an option: `gain=2` is a number, `name=belt` a text, `ids=[1, 2]` a list."""
+    """Parses an option: `gain=2` is a number, `name=belt` is text, and `ids=[1, 2]` is a list."""
     name, is_one, value = text.partition("=")
     if not is_one:
         refuse(CallError, f"'{text}' is not an option", "write name=value")

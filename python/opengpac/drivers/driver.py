@@ -17,7 +17,7 @@ class Driver:
 
 
 UNLIMITED = 1e6
-"""Value for "no limit" in a driver's declaration of a part."""
+"""Limit value that means "no limit" in the declaration of a part."""
 
 
 def given(**options: Any) -> dict[str, Any]:

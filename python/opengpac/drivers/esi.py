@@ -10,21 +10,21 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from ..errors import CallError, refuse
-from ..storage.files import XML_ERRORS, is_too_deep
+from ..storage.files import XML_DEPTH_MAX, XML_ERRORS, is_too_deep
 
 _KINDS = {
     "BOOL": 0x01, "SINT": 0x02, "INT": 0x03, "DINT": 0x04, "USINT": 0x05, "UINT": 0x06, "UDINT": 0x07, "REAL": 0x08, "LREAL": 0x11,
     "LINT": 0x15, "ULINT": 0x1B, "BYTE": 0x1E, "WORD": 0x1F, "DWORD": 0x20,
 }  # fmt: skip
-"""Data types by their CoE numbers; other numbers stand for unsigned integers."""
+"""CoE data type index of each data type; the driver treats any other type as an unsigned integer."""
 
 
 def described(path: str | Path, *, type: str | None, product: int | None, revision: int | None, what: str) -> dict[str, Any]:
     """Returns the options `pdos`, `vendor` and `product` of a subdevice from an ESI file.
 
     A file often describes several subdevices; `type`, as in `EL1008`, or `product` selects one, and `revision` selects its revision,
-    by default the newest. Error messages call the subdevice `what`. Raises `CallError` if the file at `path` cannot be read or does
-    not describe the subdevice.
+    by default the newest. `what` names the subdevice in error messages. Raises `CallError` if the file at `path` cannot be read or
+    does not describe the subdevice.
     """
     path = Path(path)
     root = _parsed(path, what)
@@ -36,12 +36,20 @@ def described(path: str | Path, *, type: str | None, product: int | None, revisi
         types = sorted({_type(device) for device in found or devices})
         listed = ", ".join(types[:8]) + (", …" if len(types) > 8 else "")
         _wrong(
-            path, what, f"describes {'no similar one' if not found else 'several'}: {listed or 'no subdevice'}", "specify type= or product="
+            path,
+            what,
+            f"{'does not describe it; its subdevices are' if not found else 'describes several subdevices:'} {listed or 'none'}",
+            "select one with type= or product=",
         )
     device = max(found, key=lambda of: _attribute(of, "RevisionNo", path))
     pdos = [_pdo(of, tag == "RxPdo", path) for tag in ("TxPdo", "RxPdo") for of in device.findall(tag) if of.get("Sm") is not None]
     if not pdos:
-        _wrong(path, what, f"lists no process data for '{_type(device)}'", "name them with pdos=, as its modules or objects define them")
+        _wrong(
+            path,
+            what,
+            f"lists no process data for '{_type(device)}'",
+            "specify its PDOs with pdos=, as its modules or its object dictionary define them",
+        )
     vendor = root.findtext("./Vendor/Id")
     found_product = _attribute(device, "ProductCode", path)
     return {"pdos": pdos, "vendor": _whole(vendor, path) if vendor else None, "product": found_product or product}
@@ -54,7 +62,14 @@ def _parsed(path: Path, what: str) -> Element:
         refuse(CallError, f"{what}: cannot read '{path}': {(why.strerror or str(why)).lower()}")
     except XML_ERRORS as why:
         _wrong(path, what, f"is not an ESI file: {why}", "use the XML file that the vendor provides for EtherCAT")
-    if root.tag != "EtherCATInfo" or is_too_deep(root):
+    if is_too_deep(root):
+        _wrong(
+            path,
+            what,
+            f"nests its elements more than {XML_DEPTH_MAX} levels deep",
+            "use the XML file that the vendor provides for EtherCAT",
+        )
+    if root.tag != "EtherCATInfo":
         _wrong(path, what, f"is not an ESI file: it begins with <{root.tag}>", "use the XML file that the vendor provides for EtherCAT")
     return root
 

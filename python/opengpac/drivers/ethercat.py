@@ -30,15 +30,15 @@ def ethercat(
     Each of `axes` is a name with its options. `counts`: encoder counts per unit of position, negative to reverse the direction. `at`:
     its position on the line (by default its index here). `mode`: `position` (default), `velocity` or `torque`. `unit`: `rad`
     (default) or `m`. `offset`: counts at position 0. `speed_max`, `range`: its limits. `rated_torque`: N.m or N, required in mode
-    `torque`. `pdos`: `device` to use the drive's own process data, `written` (default) if the driver writes them. `brake`: the output
-    of a brake that the drive does not operate itself, `{}` or `{'bit': 1, 'released_by_one': True}`. `operating_within_s` (3): time
-    limit for the drive to become operational once it is engaged; after that, the device is lost, and the drive stays off. `vendor`,
-    `product`, `revision`, `serial`, `alias`: the required identity of its drive, as shown by a scan; a drive that differs from these
-    or from the one first opened is reported and nothing is switched on.
+    `torque`. `pdos`: `device` to use the PDO mapping stored in the drive, `written` (default) to have the driver write it. `brake`:
+    the output of a brake that the drive does not operate itself, `{}` or `{'bit': 1, 'released_by_one': True}`. `operating_within_s`
+    (3): time limit for the drive to become operational once it is engaged; after that, the device is lost, and the drive stays off.
+    `vendor`, `product`, `revision`, `serial`, `alias`: the required identity of its drive, as shown by a scan; a drive that differs
+    from these or from the drive first opened is reported and nothing is switched on.
 
     `terminals` are input and output terminals, digital or analog, as well as encoders and sensors, each with `at`: `{"io": {"at": 2,
     "channels": {"door": "Channel 3", "force": {"entry": "AI Standard Channel 1.Value", "scale": 0.01, "unit": "N"}}}}`. A channel is
-    an entry of their process data, given by the vendor's name or by its index, `0x6000:1`; without `channels` all entries are
+    an entry of their process data, specified by the vendor's name or by its index, `0x6000:1`; without `channels` all entries are
     channels, named in lower case with underscores. With `scale` or `offset` a channel is a double, counts × scale + offset, in
     `unit`; otherwise it has the type of its entry. `safe`: the value of an output while it is not commanded (off, or 0 counts). Names
     come from the terminal's EEPROM, which is read when the device is created, or with `esi` from the vendor's XML file, in which
@@ -51,7 +51,7 @@ def ethercat(
     than `speed_max`. `timeout` (100 ms) is the watchdog of the drives. The device is lost after `lost_after` (3) cycles without an
     answer. `sync0`, the period of the source, synchronises the distributed clocks of the drives to the time of this host and makes
     them accept their targets with SYNC0, `sync0_shift` (half of it) after each release. `interface` is a network interface, which
-    needs CAP_NET_RAW, or that of an emulated segment, `gpac.drivers.fake.ethercat`.
+    needs CAP_NET_RAW, or the interface of an emulated segment, `gpac.drivers.fake.ethercat`.
     """
     for name, axis in axes.items():
         if not isinstance(axis, Mapping):

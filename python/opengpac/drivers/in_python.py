@@ -30,7 +30,7 @@ def python(
 
     `period` (10 ms) is the interval of its `exchange`; `options` are those that the class declares. The source that exchanges with
     the device never waits for it: it takes the latest readings, whose age is the channel `age`; if they are older than `age_max` (10
-    periods, at least 100 ms) the device is lost. `class_` selects the class in a file with several. `timeout` is the device's
+    periods, at least 100 ms) the device is lost. `class_` selects the class if the file contains several. `timeout` is the device's
     watchdog, as for `gpac.drivers.loopback`. Under the virtual clock the class runs in this process, at each firing of its source.
     """
     return Driver(

@@ -110,10 +110,10 @@ def _manual(declared: Mapping[str, Any]) -> str:
 
 @taking
 def load(path: str | os.PathLike[str]) -> Drivers:
-    """Loads the drivers at `path`: a C or C++ source (which it compiles), a shared object, or a folder of such files.
+    """Loads the drivers at `path`: a C or C++ source file (which it compiles), a shared object, or a folder of such files.
 
-    They are declared according to `opengpac_driver.h`, and run in every process that opens a device with one of them: a processor of
-    this program, or one in a separate process. A file is first tested in a separate process.
+    The drivers are declared as described in `opengpac_driver.h`. They run in the process that opens a device with them: this program, or
+    the process of a processor. Each file is first tried out in a separate process.
     """
     asked = Path(path).expanduser()
     if not asked.exists():
@@ -142,7 +142,7 @@ def _kept(file: Path) -> Path:
     else:
         sources = ", ".join(f".{ending}" for ending in _native.source_endings())
         remedy = f"pass a source in C or C++ ({sources}), a shared object (.so) or a folder"
-        refuse(ModuleError, f"'{file}' is not a file of drivers", remedy)
+        refuse(ModuleError, f"'{file}' is not a driver file", remedy)
     folder_kept = user_cache() / "drivers"
     kept = folder_kept / f"{file.stem}-{hashlib.sha256(content).hexdigest()[:16]}.so"
     if kept.exists() and kept.read_bytes() == content:
@@ -154,7 +154,7 @@ def _kept(file: Path) -> Path:
         refuse(
             ModuleError,
             f"the driver of '{file}' cannot be stored in '{folder_kept}': {why}",
-            "set XDG_CACHE_HOME to a folder that you may write",
+            "set XDG_CACHE_HOME to a writable folder",
         )
     return kept
 
@@ -169,7 +169,7 @@ def _declared(kept: Path, file: Path) -> list[dict[str, Any]]:
     if tried.returncode < 0:
         refuse(
             ModuleError,
-            f"'{file}' crashed the process that tried it: {signal.Signals(-tried.returncode).name}",
+            f"'{file}' crashed the process that tried to load it: {signal.Signals(-tried.returncode).name}",
             "debug its initialisation",
         )
     with refusals:
@@ -180,4 +180,4 @@ def _declared(kept: Path, file: Path) -> list[dict[str, Any]]:
 
 
 def _said(printed: bytes) -> str:
-    return printed.decode(errors="replace").strip() or "the process that tried it failed without a message"
+    return printed.decode(errors="replace").strip() or "the process that tried to load it failed without a message"

@@ -33,8 +33,8 @@ def modbus(
     register is a number of `"type"` (`"uint16"`; `int16`, `int32`, `uint32`, `int64`, `uint64`, `float`, `double`) with the byte
     `"order"` (`"ABCD"`; `"CDAB"`, `"BADC"`, `"DCBA"`), and becomes a double, `"scale"` times its value plus `"offset"`, in `"unit"`;
     with `"raw": True` it keeps its type; `"bit": 3` selects one bit of it, `"byte": "low"` or `"high"` one byte. `"write": True`
-    makes a channel that is written when its value changes, `"write": "each"` one that is written in each period; `"safe"` is its
-    value while it is not commanded (0, False). `"every": "1 s"` polls a channel less often.
+    declares a channel that is written when its value changes, `"write": "each"` a channel that is written in each period; `"safe"` is
+    its value while it is not commanded (0, False). `"every": "1 s"` polls a channel less often.
 
     The device is exchanged each `period` (10 ms) on a separate thread, and has the channel `age`, in seconds. An `answer` may take
     0.5 s; a request is repeated up to `retries` times (2), then the device is lost, as it is if its readings are older than `age_max`
@@ -79,7 +79,7 @@ def modbus_server(
     period: Quantity | None = None,
     age_max: Quantity | None = None,
 ) -> Driver:
-    """Server that offers signals of this machine to Modbus TCP clients, such as a line controller: `modbus_server("tcp/127.0.0.1:1502",
+    """Server that exposes signals of this machine to Modbus TCP clients, such as a line controller: `modbus_server("tcp/127.0.0.1:1502",
     …)`.
 
     `channels` are declared as for `modbus`; `address` is the server's address. Channels that are read here contain values written by

@@ -31,10 +31,10 @@ def feetech(
     """Feetech STS servos on the serial line `port`, `"/dev/ttyUSB0"`. Each servo is a joint that takes goals.
 
     `servos` is `{"elbow": {"id": 3, "model": "sts3215", "min": -1.5, "max": 1.5, "direction": -1, "zero": 2048}}`: only `id` is
-    required, `min` and `max` are rad, `zero` counts. `calibration` is a file of zeros and ranges in lerobot's format; with it
-    `servos` may be omitted. No goal moves faster than `max_speed` (3 rad/s). All servos are exchanged every `period` (10 ms); the
-    device is lost if its readings are older than `age_max` (0.5 s), or a servo does not answer `retries` + 1 (3) requests, each
-    within the time on the wire and `latency` (20 ms). `echo`: the adapter echoes sent bytes; by default this is detected.
+    required, `min` and `max` are in rad, `zero` is in counts. `calibration` is a file of zeros and ranges in lerobot's format; with
+    it `servos` may be omitted. A goal changes no faster than `max_speed` (3 rad/s). All servos are exchanged every `period` (10 ms);
+    the device is lost if its readings are older than `age_max` (0.5 s), or a servo does not answer `retries` + 1 (3) requests, each
+    within the time on the wire and `latency` (20 ms). With `echo`, the adapter echoes sent bytes; by default this is detected.
 
     Each joint has `position`, `velocity`, `load`, `current`, `voltage`, `temperature`, `status` (read) and `goal` (written). Its
     torque is on while a verb claims its goal, and off in the safe state.
@@ -63,8 +63,8 @@ def dynamixel(
     `watchdog` (20 ms to 2.54 s in steps of 20 ms; none by default) is set in the servos themselves, from firmware 38 on: a servo with
     its torque on stops if the line is silent for that time, regardless of the state of this host, and the device is lost.
 
-    Models are `xl330-m288`, `xl330-m077`, `xl430-w250`, `xc430-w150`, `xm430-w350`, `xm430-w210`, `xm540-w270`, `xm540-w150`,
-    otherwise `x`; the default baud rate is 57600. A joint has `current` or `load`, whichever its model measures.
+    The models are `xl330-m288`, `xl330-m077`, `xl430-w250`, `xc430-w150`, `xm430-w350`, `xm430-w210`, `xm540-w270` and `xm540-w150`,
+    and `x` for any other; the default baud rate is 57600. A joint has `current` or `load`, whichever its model measures.
     """
     times = {"period": period, "age_max": age_max, "latency": latency, "watchdog": watchdog}
     return _driver("dynamixel", port, servos, calibration, times, baud=baud, max_speed=max_speed, retries=retries, echo=echo)

@@ -40,9 +40,9 @@ def text(
     `{"when": "ST"}` is true if the field is this word; `{"text": 32}` is a text of up to 32 characters, a channel of type
     `uint8_t[32]` padded with zeros.
 
-    `writes` are texts to send, each when a value in it has changed while a verb commands it. A number has `"decimals"`, and may have
-    a `"safe"` value: the text is then sent with that value when the number is no longer commanded. `asks` is sent in each period, to
-    a device that only answers requests; an `answer` may take 0.5 s.
+    `writes` are texts to send; each is sent when a value in it changes while a verb commands that value. A number has `"decimals"`,
+    and may have a `"safe"` value: the text is then sent with that value when the number is no longer commanded. `asks` is sent in
+    each period, to a device that only answers requests; an `answer` may take 0.5 s.
 
     A text ends with `end` (a line feed, optionally preceded by a carriage return), begins after `start`, or has a fixed `length`. A
     `checksum` may follow it: `{"sum": "xor", "mark": "*"}`; `"sum"` is `"xor"` or `"sum"`, `"written"` as two digits (`"hex"`) or one

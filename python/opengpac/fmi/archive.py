@@ -47,7 +47,7 @@ def opened(path: Path) -> Iterator[Archive]:
     except OSError as why:
         refuse(ModuleError, f"cannot read '{path}': {(why.strerror or str(why)).lower()}")
     except NotImplementedError as why:
-        refuse(ModuleError, f"'{path.name}' has an unsupported compression: {why}", "pack it with zip's deflate")
+        refuse(ModuleError, f"'{path.name}' uses an unsupported compression method: {why}", "compress it with deflate")
     except RuntimeError:
         # The only other exception that `zipfile` raises when reading.
         refuse(ModuleError, f"'{path.name}' is encrypted", "export it without a password")

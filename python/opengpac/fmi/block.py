@@ -28,7 +28,7 @@ KIND = "fmu-blocks"
 Chosen: TypeAlias = "Sequence[str] | Mapping[str, str]"
 
 PROBLEMS = {
-    3: "all its instances are used by blocks that ran later; pass a larger instances=",
+    3: "all its instances are in use by blocks that ran more recently; pass a larger instances=",
     7: "it rejects an input value",
     8: "it rejects these values at initialisation",
     10: "its binary cannot be loaded: a library that it needs is missing",
@@ -68,9 +68,9 @@ def fmu(
     Numbers, Booleans and arrays become items of the block with their units; characters that are invalid in C become '_'. `inputs`,
     `outputs` and `parameters` select variables, or `{"body.v": "speed"}` also renames them; by default all are included. Parameters
     that are not tunable take effect at the next start. `units` defines units that the FMU lacks or names differently. `every` is the
-    only interval at which it can run, if it supports a single step size without declaring it. `instances` are created when the block
-    is loaded: their number limits concurrent uses in each process. `path` is the FMU's file, `name` the block's name, by default the
-    FMU's, and `doc` its description.
+    only interval at which it can run, if it supports a single step size without declaring it. `instances` is the number of FMU
+    instances that are created when the block is loaded; it limits concurrent uses in each process. `path` is the FMU's file, `name`
+    the block's name, by default the FMU's, and `doc` its description.
 
     Raises `ModuleError` with the reason for a file that cannot be used: FMI version, platform, no binary, a required tool, an
     embedded interpreter; `UnitMismatch` for an unknown unit; `DefinitionError` for unsuitable names.
@@ -106,8 +106,8 @@ def _period(fmu: Description, name: str, every_ns: int | None) -> int | None:
     if fmu.any_step:
         return every_ns
     if every_ns is None and own is None:
-        text = f"'{fmu.file.name}' takes steps of one size only (no canHandleVariableCommunicationStepSize) but does not specify it"
-        refuse(ModuleError, text, f"specify it: gpac.fmu(…, every='10 ms') for '{name}'")
+        text = f"'{fmu.file.name}' supports only one step size (no canHandleVariableCommunicationStepSize) but does not specify this size"
+        refuse(ModuleError, text, f"specify the step: gpac.fmu(…, every='10 ms') for '{name}'")
     return every_ns or own
 
 
@@ -120,7 +120,7 @@ def unpacked(fmu: Description) -> tuple[Path, str]:
         for entry in [fmu.binary, *fmu.beside]:
             target = root / entry
             if not target.resolve().is_relative_to(root.resolve()):
-                refuse(ModuleError, f"'{fmu.file.name}' has an entry '{entry}' outside the archive")
+                refuse(ModuleError, f"'{fmu.file.name}' has an entry with a path outside the archive, '{entry}'")
             if not target.exists():
                 keep(target, archive.read(entry))
     if not any(entry.startswith("resources/") for entry in fmu.beside):

@@ -93,7 +93,9 @@ def described(path: Path) -> Description:
     if step is None:
         kinds = [tag for tag in ("ModelExchange", "ScheduledExecution") if root.find(tag) is not None]
         refuse(
-            ModuleError, f"'{path.name}' is for {' and '.join(kinds) or 'nothing'}, not for co-simulation", "export it for co-simulation"
+            ModuleError,
+            f"'{path.name}' supports {' and '.join(kinds) or 'no interface type'}, but not co-simulation",
+            "export it for co-simulation",
         )
     version = int(told[0])
     identifier = step.get("modelIdentifier", "")

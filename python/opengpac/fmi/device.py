@@ -45,8 +45,12 @@ def fmu(
     step_ns = duration_ns(step, "the step")
     own_ns = None if fmu.step_s is None else round(fmu.step_s * 1e9)
     if step_ns <= 0 or (not fmu.any_step and own_ns not in (None, step_ns)):
-        text = f"'{fmu.file.name}' takes steps of {(own_ns or 0) / 1e6:g} ms only (no canHandleVariableCommunicationStepSize)"
-        refuse(ModuleError, text if step_ns > 0 else f"the step of '{fmu.file.name}' cannot be {step!r}", "set step= to that time")
+        text = f"'{fmu.file.name}' supports only steps of {(own_ns or 0) / 1e6:g} ms (no canHandleVariableCommunicationStepSize)"
+        refuse(
+            ModuleError,
+            text if step_ns > 0 else f"the step of '{fmu.file.name}' must be above 0 s, not {step!r}",
+            "pass that time as step=" if step_ns > 0 else "pass step='10 ms', for example",
+        )
     ports = ports_of(fmu, fmu.name, inputs, outputs, list(parameters or {}), units or {}, device=True)
     library, resources = unpacked(fmu)
     constants = [_constant(fmu, port, (parameters or {})[port.variable.name]) for port in (*ports.fixed, *ports.tunable)]
@@ -63,8 +67,8 @@ def _constant(fmu: Description, port: Port, value: Any) -> str:
     if not all(isinstance(part, bool | int | float) for part in parts) or len(parts) != port.count:
         refuse(
             CallError,
-            f"parameter '{port.variable.name}' of '{fmu.file.name}' must be numbers, not {value!r}",
-            f"pass {port.count} numbers, in its unit",
+            f"parameter '{port.variable.name}' of '{fmu.file.name}' must be {port.count} numbers, not {value!r}",
+            "pass numbers in its unit",
         )
     return f"({_whole(port)}, {number!r})"
 

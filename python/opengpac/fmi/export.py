@@ -153,7 +153,7 @@ def _fits(item: Item) -> bool:
 
 def _member(graph: Graph, name: str, role: str, item: Item) -> Member:
     if not _fits(item):
-        text = f"'{name}' of graph '{graph.name}' is a {item.type}, which FMI 2 does not support"
+        text = f"'{name}' of graph '{graph.name}' has type {item.type}, which FMI 2 does not support"
         refuse(CallError, text, "use numbers of at most 32 bits, a boolean, or a list of them")
     element, _, length = item.type.rstrip("]").partition("[")
     size = int(length or 0)

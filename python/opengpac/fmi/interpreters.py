@@ -33,7 +33,7 @@ def check_native(fmu: Description) -> None:
     found = interpreter_in(fmu)
     if fmu.needs_tool and not found:
         tool = f" ({fmu.tool})" if fmu.tool else ""
-        refuse(ModuleError, f"'{fmu.file.name}' requires the tool that made it at run time{tool}", "export it as stand-alone")
+        refuse(ModuleError, f"'{fmu.file.name}' requires the tool that exported it at run time{tool}", "export it as a stand-alone FMU")
     if found:
-        text = f"'{fmu.file.name}' runs an interpreter ({found}), which allocates and waits, so it cannot be a block"
+        text = f"'{fmu.file.name}' runs an interpreter ({found}), which allocates memory and may wait, so it cannot be a block"
         refuse(ModuleError, text, "use it as a device, which runs in a separate process: gpac.drivers.fmu(path, step='10 ms')")

@@ -50,11 +50,13 @@ def ports_of(
         if names.count(name) > 1:
             both = [p.variable.name for ports in made.values() for p in ports if p.item.name == name]
             refuse(
-                DefinitionError, f"'{both[0]}' and '{both[1]}' of '{fmu.file.name}' are both '{name}'", f"rename one: {{'{both[1]}': '…'}}"
+                DefinitionError,
+                f"'{both[0]}' and '{both[1]}' of '{fmu.file.name}' would both be named '{name}'",
+                f"rename one: {{'{both[1]}': '…'}}",
             )
     if len(names) > ITEMS_MAX and not device:
         text = f"'{fmu.file.name}' has {len(names)} inputs, outputs and parameters, but a block has at most {ITEMS_MAX}"
-        refuse(DefinitionError, text, "choose: gpac.fmu(…, inputs=[…], outputs=[…], parameters=[…])")
+        refuse(DefinitionError, text, "select some of them: gpac.fmu(…, inputs=[…], outputs=[…], parameters=[…])")
     if not made["output"]:
         refuse(DefinitionError, f"'{fmu.file.name}' has no output that can be a port", "choose one: gpac.fmu(…, outputs=[…])")
     tunable = [port for port in made["parameter"] if port.variable.variability == "tunable"]
@@ -72,8 +74,8 @@ def _chosen(fmu: Description, block: str, side: str, given: Sequence[str] | Mapp
     for name in named:
         if name not in there:
             other = fmu.variables.get(name)
-            what = f"is {'an' if other.causality[0] in 'aeiou' else 'a'} {other.causality} there" if other else "is not a number there"
-            refuse(DefinitionError, f"{side} '{name}' of '{block}' {what}: '{fmu.file.name}'", did_you_mean(name, there))
+            what = f"is {'an' if other.causality[0] in 'aeiou' else 'a'} {other.causality}" if other else "is not a number"
+            refuse(DefinitionError, f"{side} '{name}' of '{block}' {what} in '{fmu.file.name}'", did_you_mean(name, there))
     return [(there[name], item) for name, item in named.items()]
 
 
@@ -108,7 +110,7 @@ def _unit(fmu: Description, block: str, variable: Variable, units: Mapping[str, 
     if spelled and unknown_unit(spelled) is None:
         return spelled
     text = f"variable '{variable.name}' of '{fmu.file.name}' has the unknown unit '{unit}'"
-    refuse(UnitMismatch, text, f"{unknown_unit(unit)}; write it differently, units={{'{variable.name}': 'rad/s'}}, or '' for none")
+    refuse(UnitMismatch, text, f"{unknown_unit(unit)}; write it differently, units={{'{variable.name}': 'rad/s'}}, or write '' for no unit")
 
 
 def _spelled(base: Element | None) -> str:
@@ -144,7 +146,7 @@ def _starts(fmu: Description, variable: Variable) -> list[Any]:
         except (ValueError, OverflowError):
             wrong = True
     if wrong:
-        text = f"the start of variable '{variable.name}' of '{fmu.file.name}' is not valid: '{' '.join(variable.start)[:60]}'"
+        text = f"the start value of variable '{variable.name}' of '{fmu.file.name}' is not valid: '{' '.join(variable.start)[:60]}'"
         refuse(ModuleError, text, f"export it with {count} of {variable.type}")
     return values
 

@@ -105,7 +105,7 @@ class FmuInstance:
     def _done(self, name: str, *arguments: Any) -> None:
         status = self._function(name)(c_void_p(self._unit), *arguments)
         if status > 1:
-            raise RuntimeError(f"fmi{self._version}{name} of the FMU returns status {status}{self._words()}")
+            raise RuntimeError(f"fmi{self._version}{name} of the FMU returned status {status}{self._words()}")
 
     def _hear(self, status: int, text: bytes | None) -> None:
         self._said = text.decode(errors="replace") if status > 0 and text else self._said

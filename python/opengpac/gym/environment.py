@@ -23,17 +23,17 @@ _number = itertools.count()
 
 
 class Environment(gymnasium.Env[Any, np.ndarray]):
-    """An environment over a system under the virtual clock: one step takes `every`, during which the whole system runs.
+    """A Gymnasium environment for a system under the virtual clock: each step advances the clock by `every`, and the whole system runs.
 
     `setup(cell)` sets up a system once, and returns a `Task`. `observations` and `actions` are the `gpac.Term`s of a policy, with the
     names of the task's ports. The spaces are derived from `within`, `clip`, `scale` and `offset`; an observation is the network's
-    input, an action its output, computed like `gpac.policy`. Several inputs, `{"obs": …, "goal": …}`, form a space `Dict`. `reward`
-    and `terminated` are functions of the ports' `Values` at the end of a step. `seconds` truncates an episode. `name` is the name of
-    the system, to which a number is appended.
+    input and an action is its output, both computed as by `gpac.policy`. Several inputs, `{"obs": …, "goal": …}`, form a space
+    `Dict`. `reward` and `terminated` are functions of the ports' `Values` at the end of a step. `seconds` truncates an episode.
+    `name` is the name of the system, to which a number is appended.
 
-    `reset` ends the verbs of the task, disables its devices, resets simulated arms, and restarts: every verb instance has the initial
-    state of its blocks, every action is 0. Nothing is reinstalled. Its `options` replace the initial values of the task. An episode
-    whose verb ends by itself is terminated; `info["ended"]` is the condition of that end.
+    `reset` ends the verbs of the task, disables its devices, resets simulated arms, and restarts, so that every verb instance has the
+    initial state of its blocks, and every action is 0. Nothing is reinstalled. Its `options` replace the initial values of the task.
+    An episode whose verb ends by itself is terminated; `info["ended"]` is the condition of that end.
 
     Raises `DefinitionError`, `TypeMismatch` and `UnitMismatch`, naming both, if terms and ports do not match.
     """

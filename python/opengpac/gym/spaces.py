@@ -58,7 +58,7 @@ def _columns(term: Term, count: int) -> dict[str, np.ndarray]:
     def of(given: Numbers) -> np.ndarray:
         numbers = np.asarray(given, dtype=float)
         if numbers.shape not in ((), (count,)) or np.isnan(numbers).any():
-            refuse(DefinitionError, f"the numbers {given!r} of '{term.port}' must be one for each of its {count} elements")
+            refuse(DefinitionError, f"'{term.port}' needs one number, or one for each of its {count} elements, not {given!r}")
         return np.broadcast_to(numbers, (count,)).copy()
 
     ends = lambda pair: (of(-np.inf if pair is None else pair[0]), of(np.inf if pair is None else pair[1]))  # noqa: E731
@@ -82,7 +82,7 @@ class NetworkInput(Side):
         if not isinstance(term, Term) or not term.previous:
             return term
         if term.history != 1 or term.size not in (None, actions):
-            text = f"the previous actions cannot have a history of {term.history} with {term.size or actions} numbers: they have {actions}"
+            text = f"the previous actions must have history 1 and {actions} numbers, not history {term.history} and {term.size or actions}"
             refuse(DefinitionError, text, "use a port of the task for a history of actions")
         return Term(previous=term.previous, size=actions)
 

@@ -20,8 +20,8 @@ Begin = Callable[[np.random.Generator], Mapping[str, Any]]
 class Task:
     """Task of an environment. Returned by the function that sets up its system.
 
-    `ports` are the observed, actuated and rewarded values, by their names in terms: an SVV, or a list of SVVs of one number each,
-    `[joint.sensed for joint in arm]`. `devices` are enabled at each reset, and then `instances`, verb instances created by
+    `ports` are the observed, actuated and rewarded values, by the names that the terms use: an SVV, or a list of SVVs of one number
+    each, `[joint.sensed for joint in arm]`. `devices` are enabled at each reset, and then `instances`, verb instances created by
     `new_instance`, are started. `begin(rng)` returns the initial values of an episode: values of ports, and the joint positions of
     simulated arms by the name of the physical device, `{"goal": …, "ur5e": …}`; `rng` is the environment's random number generator,
     so that a seed determines them.

@@ -41,8 +41,8 @@ class Catalogue:
         return self._problems
 
     def find(self, name: str, kind: str | None = None, what: str = "component") -> Component:
-        """Returns the component with that name. Refuses an ambiguous name, and names both components. Error messages call a missing
-        component `what`."""
+        """Returns the component with that name. Refuses an ambiguous name, and names both components. `what` names the component in
+        error messages."""
         short = name.removeprefix("library.")
         if short in standard_blocks():
             block, category = standard_blocks()[short]
@@ -72,7 +72,7 @@ class Catalogue:
         new = [e for e in entries if isinstance(e, Component)]
         broken = [e for e in entries if isinstance(e, Problem)]
         if not new:
-            reason = "; ".join(str(problem) for problem in broken) or f"'{given}' has no component"
+            reason = "; ".join(str(problem) for problem in broken) or f"'{given}' contains no components"
             refuse(DefinitionError, f"nothing was added: {reason}")
         again = [(g, n) for g, n in self._added if (g, n) != (given, name)]
         others = [c for c in self.components() if (c.origin, c.source) not in {(n.origin, n.source) for n in new}]
@@ -83,7 +83,7 @@ class Catalogue:
                     DefinitionError,
                     f"nothing was added: '{component.short_name}' names both a {component.kind} of {component.where} and "
                     f"a {clash.kind} of {clash.where}",
-                    "rename your own",
+                    f"rename your {component.kind}",
                 )
         self._added = [*again, (given, name)]
         self._components, self._problems = [*others, *new], [*self._problems, *broken]
@@ -124,7 +124,7 @@ class Catalogue:
 
 
 def _clash(new: Component, other: Component) -> bool:
-    """Returns whether a shared name would be ambiguous. Verbs and graphs of different origins can be distinguished by their origins."""
+    """Returns whether a shared name would be ambiguous. Verbs and graphs can be distinguished by their origins."""
     same = new.short_name == other.short_name
     return new.name == other.name or (same and other.kind == "block" and (new.kind == "block" or other.origin == "library"))
 

@@ -25,11 +25,11 @@ ORIENTATIONS = ("via", "goal", "path")
 """Orientations of the tool along an arc, in the order of the planner's numbers for them."""
 
 _NO_ARC = {
-    1: "'via' is the present pose of the tool; choose a pose between it and the goal",
+    1: "'via' is the current pose of the tool; choose a pose between it and the goal",
     2: "'via' is the goal; choose a pose between it and the tool",
-    3: "the goal is the present pose of the tool; for a full circle pass another pose on it as the goal, and angle='360 deg'",
-    4: "tool, 'via' and goal are on a straight line, but 'via' is not between the other two; choose one beside it, or use move_linear",
-    5: "tool, 'via' and goal are on a straight line, which has no angle; choose a 'via' beside the line, or omit 'angle'",
+    3: "the goal is the current pose of the tool; for a full circle, pass another pose on the circle as the goal, and angle='360 deg'",
+    4: "tool, 'via' and goal are on a straight line, but 'via' is not between the other two; move 'via' off the line, or use move_linear",
+    5: "tool, 'via' and goal are on a straight line, which has no angle; choose a 'via' off the line, or omit 'angle'",
     6: "the angle ends before 'via', whose orientation is requested; choose a larger angle, or orientation='goal' or 'path'",
 }
 """Error in the three poses, and the remedy, by the value of `no_arc`."""
@@ -114,8 +114,9 @@ def move_circular(
     via, goal: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration of the tool, including
     the centripetal acceleration: m/s²; angle: of the whole arc, up to two full circles (`"360 deg"` is one), 0: to the goal;
     tolerance of each joint at the end: rad. `orientation="via"` passes through the orientations of start, via and goal, `"goal"`
-    turns uniformly from the start's to the goal's, `"path"` keeps it constant relative to the path, regardless of the orientations of
-    via and goal. The tool moves more slowly if the joints require it. Three collinear poses give a straight line if via is between
-    the others. A moving arm is braked first. An arc that the arm cannot follow raises `ArcRefused` before the arm moves.
+    turns uniformly from the start orientation to the goal orientation, and `"path"` keeps the orientation constant relative to the
+    path, regardless of the orientations of via and goal. The tool moves more slowly if the joints require it. Three collinear poses
+    give a straight line if via is between the others. A moving arm is braked first. An arc that the arm cannot follow raises
+    `ArcRefused` before the arm moves.
     """
     ...

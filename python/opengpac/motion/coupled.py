@@ -54,7 +54,7 @@ def gear(arm: Joint, master: SVV[float], /, ratio: float = 1.0, acceleration: fl
 
     arm: the joint that follows; master: an SVV, for example `arm[0].commanded`; ratio: negative for the opposite direction, can be
     set while it runs; acceleration: rad/s² (m/s²) while synchronising, or a fraction of `max_acceleration`. Only the speeds are
-    coupled: the positions keep their relation once the joint has come into gear. A joint that reaches the end of its range, or would
-    exceed `max_speed`, is stopped: `LimitReached`.
+    coupled: the positions keep their relation once the joint is synchronised. A joint that reaches the end of its range, or would
+    exceed `max_speed`, is stopped, and `LimitReached` is raised.
     """
     ...

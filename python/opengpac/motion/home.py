@@ -128,8 +128,8 @@ _MOVES = ("seek", "back", "creep", "brake")
     manual=True,
 )
 def home(arm: Joint, switch: SVV[bool], /, speed: float | str = "10 %", creep: float | str = "1 %", position: float | str = 0.0) -> Homed:
-    """Homes a joint on a switch: moves until the switch is on, back until it is off, and slowly on again; the position at that edge
-    becomes `position`.
+    """Homes a joint on a switch: moves until the switch is on, back until it is off, and slowly forward until it is on again; the
+    position at that edge becomes `position`.
 
     switch: an SVV of type bool that is true on the switch, or at an index mark; speed: rad/s (m/s) of the search, negative to search
     in the other direction; creep: speed of the slow approach, with the same sign; position: rad (m). When the call returns, the joint

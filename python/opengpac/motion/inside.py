@@ -12,8 +12,8 @@ from .moves import Moved, move_absolute
 
 
 def return_to_range(arm: Group[Joint] | Joint, /, speed: Values = "10 %") -> Moved | None:
-    """Moves each joint whose commanded position is outside its range to the nearer end; other joints stay. Returns None if all joints
-    are within their ranges.
+    """Moves each joint whose commanded position is outside its range to the nearer limit of the range; other joints do not move. Returns
+    None if all joints are within their ranges.
 
     speed: rad/s (m/s) or a fraction of `max_speed`. `enable()` logs the joints that are outside.
     """

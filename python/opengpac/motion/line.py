@@ -45,7 +45,7 @@ class LineRefused(Terminated, Unreachable):
             return self._limit()
         if self.block == "generator":
             return f"the arm reached a singularity after {self.value:.0%} of the line"
-        return f"near a singularity on the line only {self.value:.2%} of the speed is possible; turn the tool, or take another path"
+        return f"near a singularity on the line, only {self.value:.2%} of the speed is possible; reorient the tool, or choose another path"
 
     def _limit(self) -> str:
         if "arm" not in self.objects:
@@ -170,8 +170,8 @@ def follow_linear(
     poses: 1 to 4,096; blend: maximum distance of the tool from a pose, m, one number or one for each, 0 to stop there; speed: m/s,
     one number or one for the path to each pose; angular_speed: rad/s; acceleration: m/s²; tolerance of each joint at the end: rad.
     The tool moves more slowly if the joints require it. A path that the arm cannot follow raises `LineRefused` before the arm moves;
-    its `point` is the index of the pose. More than 64 poses require `follow_linear_long`: a call uses it automatically;
-    `new_instance` and a composition do not know the number in advance.
+    its `point` is the index of the pose. More than 64 poses require `follow_linear_long`. A call uses it automatically;
+    `new_instance` and compositions cannot, because they do not know the number of poses in advance.
     """
     ...
 
@@ -192,9 +192,10 @@ def follow_linear_long(
     acceleration: float = 1.0,
     tolerance: float = 0.002,
 ) -> Moved:
-    """Moves the tool of an arm through up to 4,096 poses, like `follow_linear`, with tables of that size: 1.1 MB while it exists.
+    """Moves the tool of an arm through up to 4,096 poses, like `follow_linear`, with tables of that size, which occupy 1.1 MB while it
+    exists.
 
-    Intended for `new_instance` and compositions; a call of `follow_linear` with more than 64 poses uses it. The path is planned over
+    Intended for `new_instance` and compositions; a call to `follow_linear` with more than 64 poses uses it. The path is planned over
     several cycles, and followed by inverse kinematics: an arm at rest begins to move up to 0.6 s later.
     """
     ...

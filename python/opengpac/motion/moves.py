@@ -24,7 +24,7 @@ class MoveTimeout(Terminated):
 
 
 class Moved(Report):
-    """End of a motion: positions of the joints, maximum distance from a goal, and planned duration (s)."""
+    """End report of a motion: positions of the joints, maximum distance from a goal, and planned duration (s)."""
 
     position: np.ndarray
     error: float

@@ -98,8 +98,9 @@ def follow(
 
     points: 1 to 4,096 rows of joint positions, rad (m for a prismatic joint); blend: maximum distance of a joint from a way-point,
     rad, one number or one for each point, 0 to stop there; speed of the fastest joint: rad/s, one number or one for the path to each
-    point; tolerance at the last: rad. A point outside a joint's range raises `PathRefused` before the arm moves. More than 64 points
-    require `follow_long`: a call uses it automatically; `new_instance` and a composition do not know the number in advance.
+    point; tolerance at the last point: rad. A point outside a joint's range raises `PathRefused` before the arm moves. More than 64
+    points require `follow_long`. A call uses it automatically; `new_instance` and compositions cannot, because they do not know the
+    number of points in advance.
     """
     ...
 
@@ -118,9 +119,10 @@ def follow_long(
     speed: float | Sequence[float] = 0.5,
     tolerance: float = 0.002,
 ) -> Moved:
-    """Moves the joints of an arm through up to 4,096 way-points, like `follow`, with tables of that size: 1.3 MB while it exists.
+    """Moves the joints of an arm through up to 4,096 way-points, like `follow`, with tables of that size, which occupy 1.3 MB while it
+    exists.
 
-    Intended for `new_instance` and compositions; a call of `follow` with more than 64 points uses it. The path is planned over
+    Intended for `new_instance` and compositions; a call to `follow` with more than 64 points uses it. The path is planned over
     several cycles: an arm at rest begins to move up to 0.2 s later.
     """
     ...

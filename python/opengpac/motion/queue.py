@@ -32,24 +32,25 @@ if TYPE_CHECKING:
 
 Mode = Literal["blending", "buffered", "aborting"]
 _LOOK_S = 0.002
-"""Interval at which a program looks for a free place, under the monotonic clock."""
+"""Interval at which a program polls for a free slot in the queue, under the monotonic clock."""
 _NEAR = 1e-9
-"""Fraction of a move within which the arm is at its end."""
+"""Tolerance, as a fraction of a move, within which the arm counts as being at the end of the move."""
 
 
 class MoveQueue:
-    """A queue of moves of an arm, which moves as soon as the first one is appended. Made by `arm.queue()`, for a `with` statement.
+    """A queue of moves of an arm, which starts moving when the first one is appended. Created by `arm.queue()`, for a `with` statement.
 
-    At the end of the statement the program waits for the end of the last move; `report` is the end report. An exception in the
+    At the end of the statement, the program waits for the end of the last move; `report` is the end report. An exception in the
     statement halts the arm on its path.
 
-    Each move is appended at the end of the path: `joints`, `linear` and `circular` return its number, from 1. `blend` is the radius
-    with which its goal is rounded off if the next move is appended in time; without one the arm stops there. Sixteen moves may wait;
-    then a call waits until one is taken. What a move names wrongly is refused at its call. A move that the arm cannot make is refused
-    before anything of it moves, and raises `MoveRefused`, at the latest at the end of the statement.
+    Each move is appended to the end of the path: `joints`, `linear` and `circular` return its number, from 1. `blend` is the radius
+    with which the corner at its goal is rounded off, if the next move is appended in time; without a blend, the arm stops at the
+    goal. Up to sixteen moves may wait; then a call blocks until the arm begins one of them. Invalid arguments are refused when the
+    move is appended. A move that the arm cannot make is refused before any part of it is executed, and raises `MoveRefused` at the
+    end of the statement at the latest.
 
-    `rate`, between -1 and 1, scales the speed along the path: 0 pauses on it, below 0 the arm goes back along it. `arm.override` and
-    `cell.override` scale it, too. None of them changes the path.
+    `rate`, between -1 and 1, scales the speed along the path: at 0 the arm pauses on the path, and below 0 it moves back along the
+    path. `arm.override` and `cell.override` also scale the speed. None of them changes the path.
     """
 
     def __init__(self, arm: Arm, tolerance: float = 0.002, outputs: Sequence[DigitalOutput] = (), rate: float = 1.0) -> None:
@@ -66,7 +67,7 @@ class MoveQueue:
 
     def __enter__(self) -> Self:
         if self._instance is not None:
-            refuse(InvalidState, f"the queue of '{self.arm.name}' was used before", "make another: arm.queue()")
+            refuse(InvalidState, f"the queue of '{self.arm.name}' has already been used", "create another one: arm.queue()")
         self._joints = [float(q) for q in self.arm.values("commanded")]
         # The progress of the queue before would count for this one until the arm begins.
         self.svv.value = no_progress()
@@ -90,29 +91,31 @@ class MoveQueue:
 
     @property
     def svv(self) -> SVV[np.ndarray]:
-        """SVV with the progress: the `number` of the move, its completed `fraction`, and the `ends` of the last 32 moves."""
+        """SVV with the progress: the `number` of the current move, its completed `fraction`, and the `ends` of the last 32 moves."""
         types = library.queue_generator.types
         kind = StructType("queue_progress", types["queue_progress"], types)
         return self.arm.system.svv(f"{self.arm.name}.queue", kind)
 
     @property
     def number(self) -> int:
-        """Number of the move in which the arm is, from 1; 0 before the first. A blend belongs to both its moves, half each."""
+        """Number of the current move, from 1; 0 before the first. The first half of a blend belongs to the earlier move, the second half
+        to the later one."""
         return int(self.svv.value["number"])
 
     @property
     def fraction(self) -> float:
-        """Completed fraction of that move."""
+        """Completed fraction of the current move."""
         return float(self.svv.value["fraction"])
 
     @property
     def ends(self) -> list[MoveEnd]:
-        """Ends of the last 32 moves: the fraction of the requested blend that is made, and the reason."""
+        """Ends of the last 32 moves: the fraction of the requested blend that was achieved, and the reason."""
         return ends_of(self.svv.value)
 
     @property
     def rate(self) -> float:
-        """Fraction of the programmed speed, -1 to 1; settable. 0 pauses, a negative number goes back along the path."""
+        """Fraction of the programmed speed, from -1 to 1; can be set. At 0 the arm pauses; with a negative value it moves back along the
+        path."""
         return float(self._running().inputs["rate"])
 
     @rate.setter
@@ -129,15 +132,21 @@ class MoveQueue:
         return bool(self.svv.value["resting"])
 
     def step(self, moves: int = 1) -> None:
-        """Goes on to the end of the present move, or of a later one, and returns when the arm rests there; below 0 back along the path.
+        """Continues to the end of the current move, or of a later one, and returns when the arm has come to rest there. If `moves` is
+        negative, moves back along the path.
 
-        moves: number of boundaries between moves to reach, 1 to 16, or -1 to -16. The boundary of two moves that blend is the middle of
-        their blend. If the arm moves and is too near to the boundary, it rests as soon as it can. `rate = 1` goes on without steps.
+        moves: number of boundaries between moves to reach, 1 to 16, or -1 to -16. The boundary of two blended moves is the midpoint
+        of the blend. If the arm is moving and is too close to the boundary to stop there, it comes to rest as soon as possible. `rate
+        = 1` resumes the motion without steps.
         """
         count = number(moves)
         most = rows.WAITING_MAX
         if not isinstance(count, int) or isinstance(count, bool) or not 1 <= abs(count) <= most:
-            refuse(OutOfRange, f"'moves' is {moves!r:.80}, but its range is 1 to {most}, or -1 to -{most}", "give a number of moves")
+            refuse(
+                OutOfRange,
+                f"'moves' is {moves!r:.80}, but its range is 1 to {most}, or -1 to -{most}",
+                "pass a number of moves in this range",
+            )
         instance, now = self._running(), self.svv.value
         place = max(int(now["number"]) - 1, 0) + float(now["fraction"])
         until = math.floor(place + _NEAR) + count if count > 0 else math.ceil(place - _NEAR) + count
@@ -154,13 +163,17 @@ class MoveQueue:
         self._wait(rests, "1 h")
 
     def stop(self, category: Literal[1, 2] = 2) -> None:
-        """Brings the arm to rest on its path, as one of the categories of IEC 60204-1, and returns when it rests.
+        """Brings the arm to rest on its path, with a stop category of IEC 60204-1, and returns when it is at rest.
 
-        category: 2 lets the drives hold the arm there until `rate` is set; 1 switches them off then, and ends the queue. This is a stop of
-        the program; category 0 is `cell.emergency_stop(reason)`.
+        category: with 2, the drives hold the arm there until `rate` is set; with 1, the drives are then switched off, and the queue
+        ends. This is a stop by the program; for category 0, use `cell.emergency_stop(reason)`.
         """
         if category not in (1, 2):
-            refuse(OutOfRange, f"'category' is {category!r:.80}", "give 1 or 2; category 0 is cell.emergency_stop(reason)")
+            refuse(
+                OutOfRange,
+                f"'category' must be 1 or 2, not {category!r:.80}",
+                "pass 1 or 2; for category 0, call cell.emergency_stop(reason)",
+            )
         self.rate = 0.0
         self._wait(lambda: self.resting, "1 h")
         if category == 1:
@@ -180,13 +193,13 @@ class MoveQueue:
     ) -> int:
         """Appends a move of the joints on a straight line in joint space. Returns its number.
 
-        goal: rad (m), one for each joint, or some by name after a move of the joints; speed: rad/s (m/s) or a fraction of
-        `max_speed`; acceleration: rad/s² or a fraction of `max_acceleration`; duration: time from rest to rest, `"2 s"`, by a lower
-        speed; if it is shorter than the limits permit, `MoveRefused` names the minimum; blend: rad of the joint that moves furthest, or
-        a share of the way, `"20 %"`, at most half of this move and of the next; mode: `"buffered"` stops before this move, whatever the
-        blend of the one before, `"aborting"` replaces what remains of the path: the arm blends from its motion into this move, or rests
-        on the path first if it must, and moves that wait are dropped; marks: outputs that are switched on the way,
-        `gpac.motion.at(…)`, at most four.
+        goal: rad (m), one for each joint, or only some joints by name if the previous move was a move of the joints; speed: rad/s
+        (m/s) or a fraction of `max_speed`; acceleration: rad/s² or a fraction of `max_acceleration`; duration: time from rest to
+        rest, `"2 s"`, achieved by a lower speed; if it is shorter than the limits permit, `MoveRefused` gives the minimum; blend: rad
+        of the joint that moves furthest, or a fraction of the path, `"20 %"`, at most half of this move and of the next; mode:
+        `"buffered"` stops before this move, regardless of the blend of the previous move; `"aborting"` replaces the rest of the path:
+        waiting moves are dropped, and the arm blends from its current motion into this move, or, if it cannot, first comes to rest on
+        the path; marks: outputs that are switched along the path, `gpac.motion.at(…)`, at most four.
         """
         arm = self.arm
         goals = rows.goals_of(arm, goal, self._joints)
@@ -216,9 +229,10 @@ class MoveQueue:
     ) -> int:
         """Appends a move of the tool along a straight line to a pose, turning it uniformly about one axis. Returns its number.
 
-        pose: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration: m/s²; blend: m of the
-        tool, `"10 mm"`, an angle of its orientation, `"10 deg"`, or a share of the way, at most half of this move and of the next; frame:
-        the work frame of the pose, `points.frames["table"]`; duration, mode and marks: those of `joints`.
+        pose: `gpac.Pose`, or x y z (m) and quaternion w x y z; speed: m/s; angular_speed: rad/s; acceleration: m/s²; blend: a
+        distance of the tool, `"10 mm"`, an angle of its orientation, `"10 deg"`, or a fraction of the path, `"20 %"`, at most half of
+        this move and of the next; frame: the work frame of the pose, `points.frames["table"]`; duration, mode and marks: as in
+        `joints`.
         """
         row = {"kind": rows.LINE, "pose": rows.pose_of(pose, frame), **rows.blend_of(blend, rows.LINE)}
         row["duration"] = rows.duration_of(duration)
@@ -243,7 +257,7 @@ class MoveQueue:
     ) -> int:
         """Appends a move of the tool along an arc through an intermediate pose to a goal. Returns its number.
 
-        via, goal, angle and orientation are those of `gpac.motion.move_circular`; the others are those of `linear`.
+        via, goal, angle and orientation are as in `gpac.motion.move_circular`; the other parameters are as in `linear`.
         """
         turned = rows.value_of(angle, "rad", "angle", -1e-300)
         row = {
@@ -256,9 +270,9 @@ class MoveQueue:
 
     def wait(self, move: int, fraction: float = 1.0, within: float | str = "1 h") -> None:
         """Waits until the arm has completed a move, or a fraction of it. Raises `TimeoutError` after `within`, and the error of the
-        queue if it ends before."""
+        queue if the queue ends first."""
         if not 1 <= number(move) <= self._count:
-            refuse(OutOfRange, f"'move' is {move}, and {self._count} moves were appended", "give the number that a move returned")
+            refuse(OutOfRange, f"'move' is {move}, but only {self._count} moves were appended", "pass the number that a move returned")
 
         def is_there() -> bool:
             now = self.svv.value
@@ -267,7 +281,8 @@ class MoveQueue:
         self._wait(is_there, within)
 
     def halt(self) -> None:
-        """Brings the arm to rest on its path and ends the queue. Returns when it rests; moves that were not completed are dropped."""
+        """Brings the arm to rest on its path and ends the queue. Returns when the arm is at rest; moves that were not completed are
+        dropped."""
         self._running().halt()
 
     def _append(self, row: dict[str, Any], mode: str) -> int:
@@ -285,11 +300,11 @@ class MoveQueue:
         return count
 
     def _send(self) -> None:
-        """Sends the waiting moves, and where a single step rests, to the real-time system."""
+        """Sends the waiting moves, and the boundary at which a single step ends, to the real-time system."""
         self._running().set(moves=rows.waiting_moves(self._moves(), {}))
 
     def _moves(self) -> rows.WaitingMoves:
-        """Returns the rows of the waiting moves, and where a single step rests."""
+        """Returns the rows of the waiting moves, and the boundary at which a single step ends."""
         return rows.WaitingMoves(self._rows, self._until)
 
     def _close(self) -> QueueReport:
@@ -302,11 +317,11 @@ class MoveQueue:
         """Returns the verb instance; raises its error if it has ended."""
         instance = self._instance
         if instance is None:
-            refuse(InvalidState, f"the queue of '{self.arm.name}' is not in use", "write: with arm.queue() as moves: …")
+            refuse(InvalidState, f"the queue of '{self.arm.name}' has not been started", "write: with arm.queue() as moves: …")
         return instance
 
     def _wait(self, until: Callable[[], bool], within: float | str) -> None:
-        """Waits until a predicate is true; raises the error of the queue if it ends before."""
+        """Waits until a predicate is true; raises the error of the queue if the queue ends first."""
         instance, system = self._running(), self.arm.system
 
         def is_over() -> bool:
@@ -318,8 +333,8 @@ class MoveQueue:
             deadline = system.now + span_ns(within, "within") * 1e-9
             while not is_over():
                 if system.now > deadline:
-                    raise TimeoutError(f"the queue of '{self.arm.name}' has not come so far within {within}")
+                    raise TimeoutError(f"the queue of '{self.arm.name}' did not reach the awaited state within {within}")
                 time.sleep(_LOOK_S)
         if not until():
             instance.wait()
-            refuse(InvalidState, f"the queue of '{self.arm.name}' has ended", "make another: arm.queue()")
+            refuse(InvalidState, f"the queue of '{self.arm.name}' has ended", "create another one: arm.queue()")

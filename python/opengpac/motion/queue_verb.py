@@ -34,7 +34,7 @@ REASONS = (
     "a joint would have left its range",
     "a later move replaced it",
 )
-"""Reasons for a blend of another size than requested, by their numbers in the block."""
+"""Reasons for the size of a blend, by their numbers in the block."""
 
 ENDS_MAX = 32
 """Number of moves whose ends are kept."""
@@ -44,7 +44,7 @@ _REFUSED = ("", "unreachable", "limit", "singular", "no_arc", "duration")
 
 
 class MoveEnd(NamedTuple):
-    """End of a move of a queue: its number, the fraction of its requested blend that was made, and the reason."""
+    """End of a move of a queue: its number, the fraction of the requested blend that was achieved, and the reason."""
 
     number: int
     kept: float
@@ -52,10 +52,10 @@ class MoveEnd(NamedTuple):
 
 
 class MoveRefused(LineRefused):
-    """A move of a queue that the arm cannot make: nothing of it has moved, and the arm rests at the end of the moves before it.
+    """A move of a queue that the arm cannot make. No part of it was executed; the arm is at rest at the end of the previous moves.
 
-    `move` is its number in the queue, from 1, and `reason` is `unreachable`, `limit`, `singular`, `no_arc` or `duration`; `joint` names the
-    joint whose range ends on the path.
+    `move` is its number in the queue, from 1, and `reason` is `unreachable`, `limit`, `singular`, `no_arc` or `duration`; `joint`
+    names the joint whose range the path would leave.
     """
 
     move: int = 0
@@ -72,35 +72,37 @@ class MoveRefused(LineRefused):
         if self.reason == "no_arc":
             return _NO_ARC[int(self.value)]
         if self.reason == "duration":
-            return f"within the limits it takes {self.value:.4g} s at least; give a longer duration, or raise its speed or acceleration"
+            return (
+                f"within its limits, it takes at least {self.value:.4g} s; give it a longer duration, or increase its speed or acceleration"
+            )
         if self.reason == "limit":
             return self._limit()
         if self.reason == "unreachable":
-            return f"a place of it is {self.value:.4g} m out of reach"
-        return f"near a singularity on it only {self.value:.2%} of the speed would be possible; turn the tool, or go another way"
+            return f"a point on its path is {self.value:.4g} m out of reach"
+        return f"near a singularity on its path, only {self.value:.2%} of the speed is possible; reorient the tool, or choose another path"
 
 
 class QueueReport(Report):
-    """End of a queue of moves: positions of the joints, largest distance from a goal, and the ends of the last 32 moves."""
+    """End report of a queue of moves: positions of the joints, maximum distance from a goal, and the ends of the last 32 moves."""
 
     position: np.ndarray
     error: float
 
     @property
     def moves(self) -> list[MoveEnd]:
-        """Ends of the last 32 moves, in their order."""
+        """Ends of the last 32 moves, in order."""
         return ends_of(self.outputs["progress"])
 
 
 def no_progress() -> Any:
-    """Returns the progress of a queue that has not begun."""
+    """Returns the progress of a queue that has not started."""
     end = {"number": 0, "kept": 0.0, "reason": 0}
     counts = dict.fromkeys(("number", "taken", "refused", "reason", "switched", "on", "resting", "until"), 0)
     return {**counts, "fraction": 0.0, "value": 0.0, "lost": 0.0, "ends": [end] * ENDS_MAX}
 
 
 def ends_of(progress: Mapping[str, Any] | Any) -> list[MoveEnd]:
-    """Returns the ends of moves in a progress of the block."""
+    """Returns the ends of the moves that the block's progress contains."""
     found = [MoveEnd(int(end["number"]), float(end["kept"]), REASONS[int(end["reason"])]) for end in progress["ends"] if end["number"] > 0]
     return sorted(found)
 
@@ -168,11 +170,11 @@ def move_queue(
 ) -> QueueReport:
     """Moves an arm along the path of a queue of moves, which `arm.queue()` fills while it runs.
 
-    progress: an SVV of the type `queue_progress`; moves: the waiting moves, that of move k in place k modulo 16, and the number of
-    moves behind which a single step rests, can be set while it runs; rate: fraction of the programmed speed, below 0 back along the
-    path, can be set while it runs; tolerance of each joint at the end: rad. A moving arm is braked first. It ends when the last move is
-    completed: a row of kind 3 says that no others come. A move that the arm cannot make raises `MoveRefused`, when the moves before it
-    are completed.
+    progress: an SVV of the type `queue_progress`; moves: the waiting moves, with move k in row k modulo 16, and the number of the
+    move at whose end a single step comes to rest; can be set while it runs; rate: fraction of the programmed speed, below 0 back
+    along the path; can be set while it runs; tolerance of each joint at the end: rad. A moving arm is braked first. The verb ends
+    when the last move is completed; a row of kind 3 declares that no further moves follow. A move that the arm cannot make raises
+    `MoveRefused` after the previous moves have been completed.
     """
     ...
 
@@ -198,8 +200,8 @@ def move_queue_switching(
     rate: float = 1.0,
     tolerance: float = 0.002,
 ) -> QueueReport:
-    """Moves an arm along the path of a queue of moves, like `move_queue`, and switches digital outputs at places of the path.
+    """Moves an arm along the path of a queue of moves, like `move_queue`, and switches digital outputs at points on the path.
 
-    outputs: those that the marks of the rows name by their indices, from 1. The others are those of `move_queue`.
+    outputs: the outputs to which the marks in the rows refer by index, from 1. The other parameters are as in `move_queue`.
     """
     ...

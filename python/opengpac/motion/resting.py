@@ -56,7 +56,7 @@ LISTS: dict[str, list[Command]] = {
     "stop": RESTING,
     "give_up": RESTING,
 }
-"""The command lists: the motion, and two premature ends."""
+"""Command lists: one for the motion, and two for its premature ends."""
 
 RESTED: dict[str, Any] = {
     "stopped": on("generator.held", returns=["position"], during="stop"),

@@ -59,7 +59,7 @@ def each_long_point(given: Any, objects: Mapping[str, Any]) -> list[float]:
 
 
 def _way_points(given: Any, objects: Mapping[str, Any], most: int, longer: str = "") -> np.ndarray:
-    """Returns way-points as a table of `most` rows. Short lists are padded with their last point, rows with zeros.
+    """Returns way-points as a table of `most` rows. Short lists are padded with their last point, and short rows with zeros.
 
     `longer` names the verb that accepts longer lists.
     """
@@ -128,7 +128,7 @@ def _count(count: int, what: str, most: int, longer: str) -> None:
 
 
 def speeds(points: Sequence[Sequence[float]] | np.ndarray, times: Sequence[float] | np.ndarray) -> list[float]:
-    """Returns the speeds of the fastest joint through way-points at the times given by a planner, for `follow(…, speed=…)`.
+    """Converts a planner's times at way-points to speeds of the fastest joint, for `follow(…, speed=…)`.
 
     points: rows of joint positions, rad; times: one for each, s, ascending. The result has a speed for the path to each point, rad/s.
     `follow` reaches these speeds if the limits of the joints allow it; it does not wait at repeated points.
@@ -144,7 +144,7 @@ def speeds(points: Sequence[Sequence[float]] | np.ndarray, times: Sequence[float
     if (late := np.flatnonzero(spans <= 0)).size:
         k = int(late[0])
         what = f"the time of waypoint {k + 1}, {t[k + 1]:.6g} s, is not after that of waypoint {k}, {t[k]:.6g} s"
-        refuse(CallError, what, "make the times ascend: leave out points that repeat another")
+        refuse(CallError, what, "make the times strictly ascending, and omit points that repeat the previous one")
     found = np.abs(np.diff(q, axis=0)).max(axis=1) / spans
     # A repeated point counts once: any speed is valid for it.
     found[found == 0] = found.max() or 1.0

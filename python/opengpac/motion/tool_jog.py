@@ -115,8 +115,8 @@ def jog_linear(
 
     heartbeat, client: as in `jog`; velocity: m/s along x, y and z, at most 0.25; angular_velocity: rad/s about them, at most 1; both
     can be set while it runs; in_tool: the axes are those of the tool at the start; distance: m, or rad if the tool only turns, after
-    which the verb ends with `arrived`, 0 for unlimited; acceleration: m/s², and five times as many rad/s². No joint exceeds its
-    `jog_speed`. At the end of a range, and near a singularity, the tool slows down and comes to rest on its line, and `JogBlocked` is
-    raised; it can be moved back.
+    which the verb ends with `arrived`, 0 for unlimited; acceleration: m/s²; the angular acceleration is five times this number, in
+    rad/s². No joint exceeds its `jog_speed`. At the end of a range, and near a singularity, the tool slows down and comes to rest on
+    its line, and `JogBlocked` is raised; it can be moved back.
     """
     ...

@@ -27,7 +27,7 @@ class LimitReached(Terminated):
 
 
 class Stopped(Report):
-    """End of a motion that came to a stop: the commanded positions."""
+    """End report of a motion that came to a stop: the commanded positions."""
 
     position: np.ndarray
 
@@ -74,7 +74,7 @@ def move_velocity(arm: Group[Joint] | Joint, /, velocity: Values, acceleration: 
     velocity.
 
     velocity: rad/s (m/s), one for each joint, within plus and minus `max_speed`, or a fraction of it; acceleration: rad/s² or a
-    fraction of `max_acceleration`. A joint at the end of its range stops there: `LimitReached`.
+    fraction of `max_acceleration`. A joint that reaches the end of its range stops there, and `LimitReached` is raised.
     """
     ...
 
@@ -105,8 +105,8 @@ def jog(arm: Group[Joint] | Joint, heartbeat: SVV[int], /, velocity: Values, acc
 
     heartbeat: an SVV of type int that must be set to a new number at intervals of less than 0.25 s; otherwise the joints stop and the
     verb ends. velocity: rad/s (m/s), within plus and minus `jog_speed`, can be set while it runs. client: if several clients write to
-    `heartbeat`, the number of the client that holds the button, 1 to 2^31 - 1; only its numbers count, client * 2^20 and the 2^20 - 1
-    after it. A joint stops at the end of its range, and can be moved back.
+    `heartbeat`, the number of the client that holds the button, 1 to 2^31 - 1; only the numbers of that client are accepted, from
+    client * 2^20 to client * 2^20 + 2^20 - 1. A joint stops at the end of its range, and can be moved back.
     """
     ...
 

@@ -61,7 +61,7 @@ class _Drawn(NamedTuple):
 
 
 def item_of(block: Any, name: str) -> Item | None:
-    """Returns the item to which a name of the graph leads: an item of a block, or of a block in a nested graph."""
+    """Returns the item to which a name of the graph refers: an item of a block, or of a block in a nested graph."""
     if isinstance(block, Block):
         return block.items.get(name)
     inner = block.items.get(name, [name])
@@ -181,7 +181,7 @@ def _wire_drawn(layers: Layers, w: _Wire, edge: Edge) -> str:
 
 
 def _cells(layers: Layers, wires: list[_Wire], edges: list[Edge]) -> list[str]:
-    """Returns the name of each cell, once, next to the start of its wire."""
+    """Returns the labels of the cells, one for each, next to the start of its wire."""
     named: dict[str, str] = {}
     for w, edge in zip(wires, edges, strict=True):
         if w.cell and w.cell not in named:

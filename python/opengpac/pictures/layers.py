@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Layered layout, first half: the layer of each box, and the order within each layer. Deterministic: ties are broken by the order of
+"""Layered layout, first phase: the layer of each box, and the order within each layer. Deterministic: ties are broken by the order of
 declaration."""
 
 from __future__ import annotations

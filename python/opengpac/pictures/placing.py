@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Layered layout, second half: the position of each box and lane, and the path of each edge."""
+"""Layered layout, second phase: the position of each box and lane, and the path of each edge."""
 
 from __future__ import annotations
 
@@ -79,8 +79,8 @@ def _offsets(layers: Layers, layer: Sequence[str], gaps: Gaps) -> list[float]:
 
 
 def _nearest(wanted: Sequence[float], offsets: Sequence[float]) -> list[float]:
-    """Returns the positions closest to `wanted`, in the least-squares sense, that keep the distances: neighbours that would overlap
-    become one block at the mean of its members."""
+    """Returns the positions closest to `wanted`, in the least-squares sense, that respect the minimum distances: neighbours that would
+    overlap become one block at the mean of its members."""
     blocks: list[tuple[float, int]] = []
     for want, offset in zip(wanted, offsets, strict=True):
         mean, count = want - offset, 1

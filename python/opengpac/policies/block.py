@@ -57,8 +57,8 @@ def policy(
     `inputs` and `outputs` declare the contents of the network's inputs and outputs: name → `gpac.Term`s in their order, or the unit
     of a port of that name; by default each is a port of dimensionless numbers. `every` is the interval at which the network was
     trained; other intervals are refused. `age_max` adds an input `observed`, the time of its observations, and a condition `stale`.
-    `states` feeds outputs back, `{"h_in": "h_out"}`. `shapes` are the shapes of inputs that the file leaves open. `name` is the
-    block's name, by default the file's; `doc` is its description.
+    `states` feeds outputs back, `{"h_in": "h_out"}`. `shapes` are the shapes of inputs whose dimensions the file does not fix. `name`
+    is the block's name, by default the file's; `doc` is its description.
 
     Raises `ModuleError` with the node's name for an unsupported operator, shape or opset, and with both ends if the declaration and
     the file differ. `cell.download("policy.onnx")` accepts a file without a declaration, or `Policy.file`.

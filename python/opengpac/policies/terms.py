@@ -36,9 +36,9 @@ class Term(_Term):
 
     An input is x = scale · clip(port - offset), an output is port = clip(scale · y + offset), in the order used by Isaac Lab and
     mjlab. `names` are the names of its elements, in order, such as joints; `size` is their number if no list implies it. `scale`,
-    `offset` (a default pose) and the ends of `clip` are one number or one for each element, in the port's `unit`; omitted ones are
+    `offset` (a default pose) and the bounds of `clip` are one number or one for each element, in the port's `unit`; omitted ones are
     taken from the file if it contains them. `within` is the range of the training values: a value outside is `out_of_distribution`,
-    and the network receives the end of the range. The `history` most recent values are passed one after another, oldest first.
+    and the network receives the nearest bound. The `history` most recent values are passed one after another, oldest first.
     `observation` is the trainer's name, by default the port's. `previous` replaces a `port`: that output of the network in the
     previous invocation. `doc` describes the port. A `synchronous` port makes the block due when its writer has a new value; otherwise
     it reads the latest one.
@@ -77,11 +77,11 @@ class Term(_Term):
 
 
 _FAR = sys.float_info.max
-"""Replacement for an infinite end of a range, which JSON cannot represent."""
+"""Replacement for an infinite bound of a range, which JSON cannot represent."""
 
 
 def _range(what: str, ends: Any, size: int, port: str) -> list[list[float]]:
-    """Returns the lower and upper ends of `clip` or `within`, which may be infinite."""
+    """Returns the lower and upper bounds of `clip` or `within`, which may be infinite."""
     try:
         least, most = ends
     except (TypeError, ValueError):
@@ -89,7 +89,7 @@ def _range(what: str, ends: Any, size: int, port: str) -> list[list[float]]:
     low, high = (_list(end, size, port, finite=False) or [] for end in (least, most))
     if len(low) != len(high):
         text = f"{what} of '{port}' has {len(low)} minima but {len(high)} maxima"
-        refuse(DefinitionError, text, "pass as many of both, or one number each")
+        refuse(DefinitionError, text, "pass the same number of both, or one of each")
     for i, (a, b) in enumerate(zip(low, high, strict=True)):
         if not a <= b or a == np.inf or b == -np.inf:
             at = f" at element {i}" if np.ndim(least) or np.ndim(most) else ""
@@ -113,7 +113,8 @@ def _list(given: Numbers | None, size: int, port: str, finite: bool = True) -> l
 
 
 def terms_json(given: Mapping[str, Terms] | None, side: str) -> dict[str, list[dict[str, Any]]]:
-    """Returns `inputs=` or `outputs=` as a mapping from names of the network to terms. Text is the unit of a port of that name."""
+    """Returns `inputs=` or `outputs=` as a mapping from names of the network to terms. A text is taken as the unit of a port of that
+    name."""
     made: dict[str, list[dict[str, Any]]] = {}
     for name, terms in (given or {}).items():
         terms = Term(name, unit=terms) if isinstance(terms, str) else terms

@@ -54,10 +54,11 @@ def block(function: Callable[P, object] | None = None, *, native: bool = True, d
     Numba compiles the function, without an interpreter: code that cannot be compiled raises `DefinitionError` with its line and an
     alternative. Defining it again, as in a notebook, redefines the block.
 
-    `@gpac.block(native=False)` leaves it uncompiled: any Python, with NumPy, PyTorch, OpenCV. It runs on a processor of its own,
-    `cell.processor("eyes", process=True)`, at the interval of its activation, and other blocks read its values when they arrive. An
-    exception is reported as `fault`, with its text and line; the death of its process as `processor_lost`. With `deadline="40 ms"`
-    the block has a condition `late`, reported by an invocation that took longer.
+    `@gpac.block(native=False)` leaves it uncompiled, so that it may contain any Python code, including NumPy, PyTorch and OpenCV. It
+    runs on a processor of its own, `cell.processor("eyes", process=True)`, at the interval of its activation, and other blocks read
+    its values when they arrive. An exception is reported as `fault`, with its text and line; the termination of its process is
+    reported as `processor_lost`. With `deadline="40 ms"` the block has a condition `late`, reported by an invocation that took
+    longer.
     >>> from typing import Annotated
     >>> import opengpac as gpac
     >>> from opengpac.python import Input, Output, Parameter
@@ -129,7 +130,7 @@ def _interpreted(
     if deadline_ns is not None and any(item.name == interpreted.LATE for item in items):
         refusing(tree.lineno, "it has an item 'late', which is the name of the condition of its deadline", "rename the item")
     if deadline_ns is not None and len(items) >= 32:
-        refusing(tree.lineno, "the condition of its deadline would be the 33rd item", "put several items into an array")
+        refusing(tree.lineno, "the condition of its deadline would be the 33rd item", "combine several items into an array")
     space = {**function.__globals__, **nonlocals} if nonlocals else function.__globals__
     made = interpreted.returning(tree, items, space, file, refusing)
     source = interpreted.source(tree.name, doc, items, made, deadline_ns * 1e-9 if deadline_ns else None, file, tree.lineno)

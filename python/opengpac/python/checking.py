@@ -110,7 +110,7 @@ def _problem(
     if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store):
         base = node.value.id if isinstance(node.value, ast.Name) else ""
         if base in items and not items[base].written:
-            return f"it changes '{base}', which the block may only read", "write into an output or a State"
+            return f"it changes '{base}', which the block may only read", "write to an output or a State"
     if isinstance(node, ast.Name) and id(node) not in called | bases and node.id not in items and node.id not in local | {invocation}:
         return _outside_problem(node.id, names)
     return None
@@ -126,9 +126,9 @@ def _call_problem(node: ast.Call, names: Mapping[str, Any], own: str) -> tuple[s
         if name == "print":
             return "it prints", "use an output or a condition instead"
         if name in ("list", "dict", "set", "str", "tuple", "sorted", "bytearray", "bytes", "map", "filter", "zip"):
-            return f"it calls {name}(), which makes a Python object", _OWN_ITEM
+            return f"it calls {name}(), which creates a Python object", _OWN_ITEM
         if name == "round" and name not in names and len(node.args) > 1:
-            return "it rounds to digits, which compiled code does differently from Python", "write round(x * 100) / 100"
+            return "it rounds to a number of digits, which compiled code does differently from Python", "write round(x * 100) / 100"
         if name in CALLS and name not in names:
             return None
         if getattr(names.get(name), "__module__", None) == "math":

@@ -93,7 +93,7 @@ _ITEM = 'declare an array as an item, State(type="double[6]"), and change its el
 REMEDIES = (
     ("NRT required|array_allocate|_empty_nd_impl|alloc", "it allocates memory", _ITEM),
     ("Cannot unify", "a variable has two incompatible types", "give it the same type on every path to that line"),
-    ("readonly|read-only|Cannot modify", "it changes a value that the block may only read", "write into an output or a State"),
+    ("readonly|read-only|Cannot modify", "it changes a value that the block may only read", "write to an output or a State"),
     ("UndefinedVariable|referenced before", "it reads a variable before it is assigned", "assign to it on every path to that line"),
 )
 """Patterns of numba's messages, each with its meaning and an alternative."""

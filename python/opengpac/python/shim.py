@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""C code around a compiled body: its declaration according to `opengpac.h`, and one call of the body.
+"""C code around a compiled body: its declaration according to `opengpac.h`, and one call to the body.
 
 Therefore staging, the check for finite values and publication on success work as for any block in C.
 """

@@ -376,7 +376,7 @@ def _converted(word: str, kind: str, value: str, to: str) -> str:
 
 
 def _called(name: str, kind: str, arguments: Sequence[tuple[str, str]]) -> str:
-    """Returns a call of a libm function or an LLVM intrinsic."""
+    """Returns a call to a libm function or an LLVM intrinsic."""
     values = [value for _, value in arguments]
     if not name.startswith("llvm."):
         if any(of not in ("double", "float") and not of.startswith("i") for of, _ in arguments):

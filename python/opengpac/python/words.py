@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Word:
-    """Common part of all items: `doc`, `unit`, and the C `type` if the annotated type does not determine it."""
+    """Base class of all items: `doc`, `unit`, and the C `type` if the annotated type does not determine it."""
 
     doc: str = ""
     unit: str = ""

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 class Recording:
     """A recording in progress. Created by `cell.record(path)`.
 
-    It ends with `stop()`, at the end of its `with` block, or with its system. A write error ends it: `failure` contains the reason,
-    and the system continues.
+    It ends on `stop()`, at the end of its `with` block, or with its system. A write error ends it: `failure` contains the reason, and
+    the system continues.
     """
 
     def __init__(self, system: SystemObservation, number: int, path: str, last: dict[str, Any] | None = None) -> None:
@@ -81,7 +81,7 @@ class Recording:
 
     @property
     def lost(self) -> dict[str, int]:
-        """Exact number of messages that could not be written, by channel; only channels with losses."""
+        """Exact number of messages that could not be written, by channel; channels without losses are omitted."""
         return self._summary["lost"]
 
     @property
@@ -91,7 +91,7 @@ class Recording:
 
     @property
     def free_bytes(self) -> int | None:
-        """Number of free bytes on the disk at the latest write; None if it is not known."""
+        """Number of free bytes on the disk at the latest write; None if unknown."""
         return self._summary["free_bytes"]
 
     @property
@@ -175,7 +175,7 @@ class RecordingDamage:
         else:
             count = "messages" if self.lost is None else f"{sum(self.lost.values())} messages of {', '.join(self.lost)}"
             when = "" if self.span is None else f" between {self.span[0]:.6g} s and {self.span[1]:.6g} s"
-            loss = f"{count}{when} are lost" + ("; the file does not say how many" if self.lost is None else "")
+            loss = f"{count}{when} are lost" + ("; the file does not contain their number" if self.lost is None else "")
         return f"bytes {self.begins} to {self.ends}: {self.what}; {loss}"
 
 
@@ -200,11 +200,11 @@ class Recorded(Mapping[str, np.ndarray]):
         """False if the file is incomplete because its recorder was killed or the disk was full; it then contains all data up to that
         time."""
         self.lost: dict[str, int] = about["lost"]
-        """Number of messages that its recorder could not write in time, by channel; only channels with losses."""
+        """Number of messages that its recorder could not write in time, by channel; channels without losses are omitted."""
         self.damage: list[RecordingDamage] = [RecordingDamage._of(one) for one in about["damage"]]
         """Sections of the file that cannot be read, with their location, time and messages; everything else is included."""
         self.metadata: dict[str, dict[str, str]] = about["metadata"]
-        """Metadata of the system in the file: name, version, configuration, and the time of its clock's zero."""
+        """Metadata of the system in the file: name, version, configuration, and the epoch of its clock."""
         if self.damage:
             shown = "; ".join(str(one) for one in self.damage[:DAMAGE_SHOWN])
             rest = len(self.damage) - DAMAGE_SHOWN
@@ -316,7 +316,7 @@ class _Nothing:
 
 @taking
 def open_recording(path: str | os.PathLike[str]) -> Recorded:
-    """Reads the recording at `path`, made by `cell.record()` or `opengpac record`.
+    """Reads the recording at `path`, created by `cell.record()` or `opengpac record`.
 
     The result is a mapping of names to structured arrays of `number`, `time` (s) and `value`, with `log`, `conditions`, `ends`,
     `timing` and `lost`. The intact sections of a damaged file are included; a warning reports the location, time and messages of the

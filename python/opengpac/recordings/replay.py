@@ -99,7 +99,8 @@ def replay(
     modules: Sequence[str | os.PathLike[str]] = (),
     trust: bool | Sequence[str] = False,
 ) -> Replay:
-    """Replays the recording at `path`, made by `cell.record(path, replay=True)` or `opengpac record`, and compares every value with it.
+    """Replays the recording at `path`, created by `cell.record(path, replay=True)` or `opengpac record`, and compares every value with
+    it.
 
     `until` is a condition over SVVs at which to stop: comparisons with numbers, joined by `and` and `or`, for example `"force > 20
     and joint.sensed[2] <= 0.5"`. `to` is a time on the clock of the recording. `show` selects the SVVs whose values are returned; `*`
@@ -108,9 +109,9 @@ def replay(
 
     A recording includes the code modules of its blocks, and replaying it runs them with all of your privileges: `trust=True` declares
     that you trust the origin of the file, even if it is your own. A sequence of SHA-256 digests trusts only those modules. A
-    recording with only library blocks includes none. Raises `CallError` for a file that is not a recording, or includes untrusted
-    code, a condition that cannot be parsed, or an SVV that the recording does not contain. While a program is only checked (`opengpac
-    check`), the replay of its own recordings has no firings.
+    recording with only library blocks includes none. Raises `CallError` for a file that is not a recording or that includes untrusted
+    code, for a condition that cannot be parsed, and for an SVV that the recording does not contain. While a program is only checked
+    (`opengpac check`), the replay of its own recordings has no firings.
     """
     file = Path(path)
     unmade = checking.recorded(str(file.expanduser().absolute()))
@@ -186,8 +187,8 @@ def _asked_for(file: Path) -> Sequence[str]:
         brought = json.loads(_native.replay_modules(str(file)))
     if not brought:
         return ()
-    print(f"'{file}' contains native code, which a replay runs with all your rights:", file=sys.stderr)
+    print(f"'{file}' contains native code, which a replay runs with all your privileges:", file=sys.stderr)
     for module in brought:
         print(f"  {module['name']}, {module['len']} bytes, SHA-256 {module['sha256']}", file=sys.stderr)
-    print("The file does not say who built it. Run it? [y/N] ", end="", file=sys.stderr, flush=True)
+    print("The file does not identify who built it. Run it? [y/N] ", end="", file=sys.stderr, flush=True)
     return [module["sha256"] for module in brought] if sys.stdin.readline().strip().lower() in ("y", "yes") else ()

@@ -116,7 +116,7 @@ def _rule(name: str, parameter: inspect.Parameter) -> Callable[[Any, str, type[E
 
 
 def _unbound(call: str, signature: inspect.Signature, args: Sequence[Any], kwargs: Mapping[str, Any]) -> None:
-    """Refuses arguments that cannot be bound to the signature: too many, too few, or an unknown one."""
+    """Refuses arguments that cannot be bound to the signature: too many, too few, or unknown ones."""
     parameters = signature.parameters
     several = any(p.kind is p.VAR_KEYWORD for p in parameters.values())
     unknown = next((name for name in kwargs if name not in parameters), None)
@@ -131,7 +131,8 @@ def _unbound(call: str, signature: inspect.Signature, args: Sequence[Any], kwarg
 
 
 class _Rules:
-    """Rules for a call's arguments, prepared once, at its first call: binding a signature in each call would cost ten times as much."""
+    """Rules for a call's arguments, prepared once, at its first call, because binding a signature in each call would cost ten times as
+    much."""
 
     def __init__(self, call: Callable[..., Any]) -> None:
         self.signature = inspect.signature(call)

@@ -34,12 +34,12 @@ def address(url: object) -> Address:
         refuse(CallError, f"{url!r} is not the URL of a system", FORMS)
     scheme = url.split("://", 1)[0]
     if scheme not in SCHEMES:
-        refuse(CallError, f"a system cannot be reached by '{scheme}://', in {url!r}", did_you_mean(scheme, SCHEMES) or FORMS)
+        refuse(CallError, f"{url!r} is not the URL of a system: its scheme cannot be '{scheme}'", did_you_mean(scheme, SCHEMES) or FORMS)
     try:
         parts = urlsplit(url)
         port = parts.port
     except ValueError as error:
-        refuse(CallError, f"the URL of a system is {url!r}: {error}".lower(), FORMS)
+        refuse(CallError, f"{url!r} is not the URL of a system: {str(error).lower()}", FORMS)
     if parts.query or parts.fragment or "@" in parts.netloc:
         refuse(CallError, f"the URL of a system must be a plain address, not {url!r}", "pass a token as token=, never in the URL")
     if scheme == "unix":

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reads HTTP/1.1 responses (RFC 9112) from a socket. The reading time is part of the latency of a remote start, and the standard library
-parses headers like those of e-mails, which takes longer than all other work of a request."""
+"""Reads HTTP/1.1 responses (RFC 9112) from a socket. Replaces the standard library because reading adds to the latency of a remote
+start: the standard library parses headers as e-mail headers, which takes longer than all other work of a request."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from .ends import Ends
 from .session import Session
 
 SLICE_MS = 100
-"""Duration of one request of a wait, ms. After an interrupt, the system may keep waiting for up to that time."""
+"""Duration of a single request during a wait, ms. After an interrupt, the system may keep waiting for up to that time."""
 
 
 class Remote(RealTimeSystem):

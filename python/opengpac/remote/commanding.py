@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Command of a remote system: sends requests for it, and answers those of others."""
+"""Command of a remote system: sends requests for command, and answers the requests of other sessions."""
 
 from __future__ import annotations
 
@@ -87,13 +87,13 @@ def _settled(told: Mapping[str, Any], number: int, name: str, wait_ns: int) -> b
     if not ended:
         if any(one["number"] == number for one in told["requests"]):
             return False
-        refuse(NotCommanding, f"the request of session '{name}' for command is no longer known", "request it again")
+        refuse(NotCommanding, f"there is no longer a request of session '{name}' for command", "request it again")
     outcome, by, reason = ended[0]["outcome"], ended[0]["by"], ended[0]["reason"]
     holder = f"session '{told['holder']}' of {told['person'] or told['who']}" if told["holder"] else "no session"
     if outcome == "timed_out":
         refuse(
             NotCommanding,
-            f"nobody answered the request for command within {duration_text(wait_ns)}: {holder} has command",
+            f"no one answered the request for command within {duration_text(wait_ns)}: {holder} has command",
             "ask that person",
         )
     if outcome == "granted":
@@ -124,6 +124,6 @@ def name_of(session: object) -> str:
         refuse(
             CallError,
             f"command cannot be granted to {session!r}",
-            "pass one of session.command.requests, or a name of session.sessions",
+            "pass one of session.command.requests, or a name from session.sessions",
         )
     return session

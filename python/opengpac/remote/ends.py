@@ -12,7 +12,7 @@ from .stream import Stream
 
 
 class Ends:
-    """Follows the ends of instances on the event stream, in a separate thread that is started by the first check.
+    """Monitors the event stream for ends of instances, in a separate thread that is started by the first check.
 
     The end of the stream makes the descriptor readable too: a waiting call then requests the state, and raises `ConnectionLost`.
     """

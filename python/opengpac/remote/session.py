@@ -39,8 +39,8 @@ _RESULT = b'{"result":'
 class Session:
     """A session, `cell.session`: its `name`, its `role`, whether it `returned`, and the holder of command.
 
-    A thread sends a heartbeat every second, so that Python may be busy; if it receives no answer, every call raises `ConnectionLost`,
-    including those in progress. The system detects immediately when this process exits.
+    A separate thread sends a heartbeat every second, even while the program is busy; if it receives no answer, every call raises
+    `ConnectionLost`, including those in progress. The system detects immediately when this process exits.
     """
 
     def __init__(self, transport: Transport, name: str, lost_after_ns: int, take_up: bool, person: str | None = None) -> None:
@@ -109,7 +109,7 @@ class Session:
             self.request("POST", "/v1/command/decline", {"name": name_of(request), "reason": reason})
 
     def release_command(self) -> None:
-        """Releases command: the session that has requested it for longest receives it, if any; this session then only watches."""
+        """Releases command: the session that has waited longest for it receives it, if any; this session then only watches."""
         with refusals:
             self.request("DELETE", "/v1/command")
         self.commands = False
@@ -216,7 +216,7 @@ class Session:
     # ---- the heartbeat ----
 
     def _live(self) -> None:
-        """Sends heartbeats. On the same thread, holds a request open that the system answers only at the end of the session."""
+        """Sends heartbeats. On the same thread, keeps a request open that the system answers only at the end of the session."""
         hold: http.client.HTTPConnection | None = None
         try:
             hold = self.transport.hold("/v1/hold", self.headers)

@@ -80,7 +80,8 @@ class Transport:
         connection lasts.
 
         Raises `ConnectionLost` if no answer arrives. An interrupt, Ctrl-C, ends the wait immediately. With `late`, the interrupt
-        first waits for the answer, which arrives soon, and passes it to `late`: it identifies what the request has started.
+        first waits for the answer, which arrives soon, and passes it to `late`, because the answer identifies what the request has
+        started.
         """
         headers = {**self._headers, "Content-Type": "application/json", "Content-Length": str(len(body)), **more}
         text = self._text(method, path, headers) + body
@@ -229,7 +230,7 @@ def _hung_up(connection: http.client.HTTPConnection) -> bool:
 
 
 def readable(within_s: float, *descriptors: socket.socket | int) -> list[int]:
-    """Returns the descriptors that become readable within a time. Their numbers may exceed the limit of `select.select`."""
+    """Returns the descriptors that become readable within `within_s` seconds. Their numbers may exceed the limit of `select.select`."""
     poll = select.poll()
     for descriptor in descriptors:
         poll.register(descriptor, select.POLLIN)

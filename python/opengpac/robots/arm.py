@@ -163,7 +163,7 @@ class Arm(Group[Joint]):
 
     @property
     def tool(self) -> Pose:
-        """Frame of the tool relative to the flange. It can be set, also as seven numbers."""
+        """Frame of the tool relative to the flange. It can be set to a pose, or to seven numbers."""
         return self.kinematics.tool
 
     @tool.setter
@@ -173,7 +173,7 @@ class Arm(Group[Joint]):
 
     @property
     def base(self) -> Pose:
-        """Frame of the model's world relative to the frame of poses. It can be set, also as seven numbers."""
+        """Frame of the model's world relative to the frame of poses. It can be set to a pose, or to seven numbers."""
         return self.kinematics.base
 
     @base.setter
@@ -216,9 +216,9 @@ class Arm(Group[Joint]):
     def queue(self, *, outputs: Sequence[DigitalOutput] = (), tolerance: float = 0.002, rate: float = 1.0) -> MoveQueue:
         """Returns a queue of moves, for a `with` statement: moves are appended while earlier ones run, and blend into each other.
 
-        outputs: digital outputs that moves switch at places of the path; tolerance of each joint at the end: rad; rate: fraction of the
-        programmed speed at the beginning, 0 to begin with `step` or a later `rate`. The arm follows one path through all moves, at any
-        speed.
+        outputs: digital outputs that moves may switch at points on the path; tolerance of each joint at the end: rad; rate: fraction
+        of the programmed speed at the beginning, 0 to wait for `step` or a later `rate`. The arm follows one path through all moves,
+        at any speed.
         """
         from ..motion.queue import MoveQueue
 
@@ -229,7 +229,7 @@ class Arm(Group[Joint]):
 
         Raises `NotEnabled` if a joint is not enabled, because its position is not read then and it may have been moved.
         """
-        return self.forward(self._present("its pose"))
+        return self.forward(self._present("the pose"))
 
     def _present(self, what: str) -> Any:
         """Returns the current joint positions. Refuses if a joint is not enabled, because its `sensed` value may be outdated."""
@@ -239,7 +239,7 @@ class Arm(Group[Joint]):
                 refuse(
                     NotEnabled,
                     f"cannot compute {what} of arm '{self.name}': joint '{joint.name}' is {state}, "
-                    "so its position is from when it was last enabled",
+                    "so its position may have changed since it was last enabled",
                     f"enable it first with {self.name}.enable(), or pass joint positions, for example readings of its channels",
                 )
         return self.values("sensed")
@@ -256,7 +256,7 @@ class Arm(Group[Joint]):
         configuration: Configuration | str | None = None,
         attempts: int = 20,
     ) -> np.ndarray:
-        """Returns joint positions that bring the tool to `pose`, within the joints' ranges, as near as possible to `near` (by default
+        """Returns joint positions that bring the tool to `pose`, within the joints' ranges, as close as possible to `near` (by default
         the current ones).
 
         The current positions require enabled joints (`NotEnabled`).
@@ -266,7 +266,7 @@ class Arm(Group[Joint]):
         range prevents the pose.
         """
         return self.kinematics.inverse(
-            pose, self._present("an inverse near the present") if near is None else near,
+            pose, self._present("the inverse near the current position") if near is None else near,
             position_min=self.values("position_min"), position_max=self.values("position_max"),
             configuration=configuration, attempts=attempts,
         )  # fmt: skip
@@ -286,14 +286,14 @@ class Arm(Group[Joint]):
         the axes of Universal Robots arms. Other arms, including those with seven joints, raise `DefinitionError`: use `near=` for
         them.
         """
-        return self.kinematics.configuration(self._present("its configuration") if q is None else q)
+        return self.kinematics.configuration(self._present("the configuration") if q is None else q)
 
     def jacobian(self, q: Iterable[float] | None = None) -> np.ndarray:
         """Returns the geometric Jacobian, 6 x n, at the joint positions `q`, by default the current ones, which requires enabled joints."""
-        return self.kinematics.jacobian(self._present("its Jacobian at present") if q is None else q)
+        return self.kinematics.jacobian(self._present("the current Jacobian") if q is None else q)
 
 
 def _of_joints(of: Mapping[str, V], joints: Sequence[Joint]) -> dict[str, V]:
-    """Reorders values given by the joints' names in the file: the result is in the order of the arm's joints."""
+    """Reorders values, keyed by the joints' names in the file, into the order of the arm's joints."""
     names = (max((name for name in of if joint.name.endswith(f".{name}")), key=len, default=None) for joint in joints)
     return {name: of[name] for name in names if name is not None}

@@ -203,7 +203,7 @@ def _model(
     """Returns the model of an arm, as far as it is known."""
     named, bare = ARMS.get(str(path)), BARE.get(str(path))
     if (named or bare) and described.is_asked:
-        refuse(CallError, f"'{path}' is known only by name, joints and home", f"load its URDF file to use {_Described.WORDS}")
+        refuse(CallError, f"only the name, joints and home of '{path}' are known", f"load its URDF file to use {_Described.WORDS}")
     if bare is None or (is_simulated and named is not None):
         file = _file(path) if named is None else named.file()
         on_flange, around = (None if part is None else _file(part) for part in (tool, scene))
@@ -245,7 +245,7 @@ class _Model:
     notes: tuple[str, ...]
     """Corrections to the arm's file."""
     held_back: frozenset[str]
-    """Joints with dry friction or mimic joints, neither of which the equations of their drives include."""
+    """Joints with dry friction, or with mimic joints, which the equations of their drives do not include."""
     named: NamedArm | None
     converted: urdf.ConvertedArm | None
     """Contents of the URDF and SRDF files, if any."""
@@ -385,7 +385,7 @@ def _file(path: str | os.PathLike[str]) -> Path:
     if not file.suffix and not files.there(file):
         refuse_elsewhere(str(path))
         meant = did_you_mean(str(path), sorted({*known, *ARMS, *BARE}))
-        refuse(UnknownName, f"arm '{path}' is unknown", meant or "pass the path of an MJCF or URDF file")
+        refuse(UnknownName, f"there is no arm '{path}'", meant or "pass the path of an MJCF or URDF file")
     return file.absolute()
 
 

@@ -17,7 +17,7 @@ from .kinematics import Kinematics
 
 @dataclass(frozen=True)
 class Bare:
-    """An arm of servos: its joints, in the order of the servo IDs from 1 on, as assembled from its kit."""
+    """An arm of servos: its joints, in the order of the servo IDs, starting at 1, as assembled from its kit."""
 
     name: str
     joints: tuple[str, ...]

@@ -53,7 +53,7 @@ class Package:
 class NamedArm:
     """An arm that can be loaded by name.
 
-    `home` maps the joints of the arm, from its base on, to their positions at home (rad or m); other joints of the file, such as
+    `home` maps the joints of the arm, starting at its base, to their positions at home (rad or m); other joints of the file, such as
     fingers, belong to the simulated machine and not to the group. `tool` is the body whose frame is the frame of poses. `reach` is
     the maximum distance of the tool from the shoulder (the point of the first axis nearest the second joint) in 500 random poses, m.
     """
@@ -92,7 +92,7 @@ class NamedArm:
 
 
 def _joints(pattern: str, home: Sequence[float]) -> dict[str, float]:
-    """Returns the home positions of joints whose names are numbered from 1 on."""
+    """Returns the home positions of joints whose names are numbered from 1."""
     return {pattern.format(number): position for number, position in enumerate(home, 1)}
 
 
@@ -193,11 +193,12 @@ ELSEWHERE: Mapping[str, str] = {
     "widowx": _menagerie("trossen_wx250s/wx250s.xml"),
     "yam": _menagerie("i2rt_yam/yam.xml"),
 }
-"""Other well-known arms, whose models are in no package, with the places where they are published."""
+"""Other well-known arms, for which no package contains a model, with the locations where their models are published."""
 
 
 def refuse_elsewhere(name: str) -> None:
-    """Refuses an arm whose model is in no package, and names the place where it is published; does nothing for other names."""
+    """Refuses an arm for which no package contains a model, and names the location where its model is published; does nothing for other
+    names."""
     if name in ELSEWHERE:
         missing = f"no package contains the model of '{name}': it is {ELSEWHERE[name]}"
         refuse(UnknownName, missing, "download it with the files next to it, and pass its path: gpac.robots.load(FILE)")

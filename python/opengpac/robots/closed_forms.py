@@ -45,7 +45,7 @@ class ClosedForms:
 
     @classmethod
     def of(cls, kinematics: Kinematics) -> ClosedForms | None:
-        """Returns the closed-form solution of a chain, or None if its axes do not have this arrangement."""
+        """Returns the closed-form solution of a chain, or None if its axes do not have a supported arrangement."""
         joints = [j for j, axis in enumerate(kinematics.axes) if axis.kind]
         if len(joints) != _JOINTS or any(kinematics.axes[j].kind != 1 for j in joints):
             return None
@@ -105,8 +105,8 @@ class ClosedForms:
             yield -angle, _rotation(a[0], angle)
 
     def _bends(self, there: np.ndarray, of: np.ndarray) -> Iterator[tuple[float, float]]:
-        """Yields each pair of second and third angles that bring the point `of` to `there`; both points are expressed beyond the first
-        joint."""
+        """Yields each pair of second and third angles that bring the point `of` to `there`; both points are expressed in the frame after
+        the first joint."""
         a, p = self._a, self._p
         upper = p[1] - p[2]
         fore = of - p[2]

@@ -140,7 +140,7 @@ def _three(given: Iterable[float]) -> tuple[float, float, float]:
 
 
 def _links(mujoco: Any, model: Any, chain: Kinematics) -> tuple[Link, ...]:
-    """Returns a link for each joint of a chain: the bodies for which it is the last joint that moves them."""
+    """Returns a link for each joint of a chain, combining the bodies that this joint moves but the next one does not."""
     known = joint_numbers(model)
     ids = {known[axis.name]: i for i, axis in enumerate(chain.axes) if axis.kind != NONE}
     data = at_zero(mujoco, model, (known[name] for name in chain.joints))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gripper with prismatic fingers: each finger is a logical device, a spring of limited force that senses contact."""
+"""Gripper with prismatic fingers: each finger is a logical device that acts as a spring of limited force and senses contact."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ finger_follower = Verb(
 
 
 class Finger(LogicalDevice, verb=finger_servo, name="robot_finger"):
-    """A prismatic finger. Its position is 0 where the fingers meet; larger values are open.
+    """A prismatic finger. Its position is 0 where the fingers meet, and increases as they open.
 
     `force` is the contact force of its pad, `force_max` the maximum force of its spring.
     """

@@ -39,9 +39,9 @@ class Joint(LogicalDevice, verb=joint_servo, name="robot_joint"):
     whole cell. A joint with `needs_home=True` is not `homed` until `gpac.motion.home` has found its zero, which is `offset`.
 
     `Joint("lift", drive=line["lift"])` is a single joint. The driver's declarations of the part are the defaults: its unit, range,
-    speed, effort and gains, and the source that exchanges with it. `joint_follower`, which ignores gains and `load_effort`, keeps a
-    part running that takes positions (EtherCAT axes, serial servos, Universal Robots arms); `joint_servo` keeps a part running that
-    takes efforts; `verb` replaces them.
+    speed, effort and gains, and the source that exchanges with it. If the part takes positions (EtherCAT axes, serial servos,
+    Universal Robots arms), the joint's verb is `joint_follower`, which ignores gains and `load_effort`; if the part takes efforts, it
+    is `joint_servo`. `verb` replaces either.
     """
 
     sensed: SVV[float] = svv(unit="rad", history=HISTORY, reading=True)

@@ -108,12 +108,12 @@ class Kinematics(DeclaredNames):
         configuration: Configuration | str | None = None,
         attempts: int = 20,
     ) -> np.ndarray:
-        """Returns joint positions with the tool at `pose`, searched from `near`, and within the ranges if they are passed. Raises
-        `Unreachable` if none is found.
+        """Returns joint positions that place the tool at `pose`, searching from `near`, and within the ranges if they are passed. Raises
+        `Unreachable` if none are found.
 
-        The search starts from `near` and keeps the arm's posture if possible, then from `attempts` - 1 other positions. With a
-        `configuration` the positions are those of the closed-form solution, with its turns, or the ones nearest to `near`; raises
-        `DefinitionError` for a chain without a closed form.
+        The search starts from `near`, keeping the arm's posture if possible, and is then repeated from `attempts` - 1 other
+        positions. With a `configuration` the positions are those of the closed-form solution, with its turns, or the ones nearest to
+        `near`; raises `DefinitionError` for a chain without a closed form.
         """
         if configuration is not None:
             chosen = Configuration.of(configuration)
@@ -139,10 +139,11 @@ class Kinematics(DeclaredNames):
         position_min: Iterable[float] | None = None,
         position_max: Iterable[float] | None = None,
     ) -> list[np.ndarray]:
-        """Returns all joint positions with the tool at `pose`, at most eight, each joint in the turn of its range that is nearest to 0.
+        """Returns all joint positions that place the tool at `pose`, at most eight, each joint in the turn of its range that is nearest
+        to 0.
 
-        Uses the closed form, see `configuration`; if the wrist is straight in a solution, its last joint is arbitrary and is set to
-        0.
+        Uses the closed-form solution (see `configuration`); if the wrist is straight in a solution, its last joint is arbitrary and
+        is set to 0.
         """
         middle = np.zeros(len(self.axes))
         found = [self._in_range(q, middle, position_min, position_max) for q in self._closed().all(Pose.of(pose), middle)]
@@ -238,7 +239,7 @@ class Kinematics(DeclaredNames):
             refuse(Unreachable, f"{pose} is out of reach: {far}", "choose a pose nearer to the arm, or start from another posture: near=")
         low, high = (ranges.get(name, [float("nan")] * len(self.axes))[limit] for name in ("position_min", "position_max"))
         range_text = f"the range of joint '{self.axes[limit].name}', {low:.6g} to {high:.6g}"
-        refuse(Unreachable, f"{pose} is out of {range_text}: {far}", "start from another posture: near=")
+        refuse(Unreachable, f"{pose} cannot be reached within {range_text}: {far}", "start from another posture: near=")
 
     def _positions(self, given: Iterable[float]) -> list[float]:
         if not 1 <= len(self.axes) <= JOINTS_MAX:
@@ -248,7 +249,7 @@ class Kinematics(DeclaredNames):
         if not all(is_number(x) for x in found):
             refuse(CallError, f"{repr(given)[:80]} is not a list of joint positions", "pass a number for each joint, rad or m")
         if len(found) != len(self.axes):
-            refuse(CallError, f"{len(self.axes)} joints need one position each, not {len(found)}", f"pass one for each of {self.joints}")
+            refuse(CallError, f"the chain needs {len(self.axes)} joint positions, not {len(found)}", f"pass one for each of {self.joints}")
         return found
 
     def _in_order(self, given: Mapping[Any, Any]) -> list[Any]:

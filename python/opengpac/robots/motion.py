@@ -24,7 +24,7 @@ class MotionTimeout(Terminated):
 
 
 class Moved(Report):
-    """End of a motion: positions of the joints (rad), maximum distance from a goal (rad), and planned duration (s)."""
+    """End report of a motion: positions of the joints (rad), maximum distance from a goal (rad), and planned duration (s)."""
 
     position: np.ndarray
     error: float

@@ -61,7 +61,7 @@ _UNREAD = ("custom", "extension", "visual", "statistic")
 
 
 def check_mjcf(source: Source) -> None:
-    """Refuses an MJCF file because of a number that is not finite or is out of bounds."""
+    """Refuses an MJCF file that contains a number that is not finite or is out of bounds."""
     names = {element.get(word, "") for element in source.root.iter() for word in _WORDS}
     for element in _read(source.root):
         for attribute, text in element.attrib.items():

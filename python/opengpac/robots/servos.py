@@ -192,7 +192,7 @@ joint_decoupled_servo = _decoupled(
 """Verb that keeps a joint running if its drive compensates for gravity and the other joints (computed torque), as in a simulated arm."""
 
 quiet_decoupled_servo = _decoupled("robot_joint_quiet_decoupled_servo", _DECOUPLED_DOC, {}, _SERVO_SAYS)
-"""Variant for a drive that does not report the effort and the limit of its motor: a following error returns the servo's instead."""
+"""Variant for a drive that does not report the effort and the limit of its motor: a following error returns the servo's values instead."""
 
 
 joint_follower = Verb(

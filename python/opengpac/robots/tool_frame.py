@@ -26,7 +26,7 @@ class TouchedTool:
 
     `frame`: the tool in the flange's frame, with the orientation of the flange; `tip`: the touched point, m; `residuals`: for each
     pose, the distance of its tip from that point, m; `residual`: their root mean square; `spread`: 0 to 1, a measure of the variation
-    of orientation: an error in a pose is amplified by about 1/spread in the frame.
+    of orientation; an error in a pose is amplified by about 1/spread in the frame.
     """
 
     frame: Pose
@@ -54,7 +54,9 @@ def tool_by_touching(
     poses = [_pose(arm, place, point) @ without for place, point in enumerate(points)]
     if len(poses) < LEAST:
         what = f"{len(poses)} positions are too few"
-        refuse(CallError, what, f"pass {LEAST} or more at which the tip touches one point, each with a different orientation of the tool")
+        refuse(
+            CallError, what, f"pass {LEAST} or more at which the tip touches the same point, each with a different orientation of the tool"
+        )
     turns, places = np.array([pose.matrix[:3, :3] for pose in poses]), np.array([pose.position for pose in poses])
     # The part common to all poses is the tip's: differences from the mean isolate the tool.
     rows = (turns - turns.mean(axis=0)).reshape(-1, 3) / np.sqrt(len(poses))
@@ -62,7 +64,7 @@ def tool_by_touching(
     if spread < SPREAD:
         refuse(
             ValueRefused,
-            f"the {len(poses)} positions have too similar orientations of the tool (spread {spread:.3f}, minimum {SPREAD})",
+            f"the orientations of the tool at the {len(poses)} positions are too similar (spread {spread:.3f}, minimum {SPREAD})",
             "touch the point from directions that differ by at least 30 degrees, about two axes",
         )
     found = np.linalg.lstsq(rows, -(places - places.mean(axis=0)).ravel() / np.sqrt(len(poses)), rcond=None)[0]
@@ -71,7 +73,9 @@ def tool_by_touching(
     residuals = np.linalg.norm(tips - tip, axis=1)
     if residuals.max() > residual_max:
         worst = int(residuals.argmax())
-        what = f"the tip at position {worst} (counted from 0) is {residuals[worst]:.3g} m from the common one, more than {residual_max:g} m"
+        what = (
+            f"the tip at position {worst} (counted from 0) is {residuals[worst]:.3g} m from the common point, more than {residual_max:g} m"
+        )
         refuse(ValueRefused, what, "touch the point again there, or pass a larger residual_max")
     residual = float(np.sqrt((residuals**2).mean()))
     return TouchedTool(Pose(tuple(found), rpy=tuple(orientation)), tip, residuals, residual, spread)

@@ -43,7 +43,9 @@ def keep(file: Path, content: bytes) -> None:
         put(file, content)
     except OSError as why:
         refuse(
-            ModuleError, f"'{file.name}' cannot be stored in '{file.parent}': {why.strerror}", "free space there, or set OPENGPAC_COMPILED"
+            ModuleError,
+            f"'{file.name}' cannot be stored in '{file.parent}': {why.strerror}",
+            "free up space there, or set OPENGPAC_COMPILED to another folder",
         )
 
 
@@ -56,5 +58,5 @@ def folder(kind: str) -> Path:
         made.mkdir(parents=True, exist_ok=True, mode=0o700)
     except OSError as why:
         what = kind.replace("-", " ")
-        refuse(ModuleError, f"{what} cannot be stored in '{made}': {why}", "set OPENGPAC_COMPILED to a folder that you may write")
+        refuse(ModuleError, f"{what} cannot be stored in '{made}': {why}", "set OPENGPAC_COMPILED to a writable folder")
     return made

@@ -12,7 +12,7 @@ from pathlib import Path
 
 
 def process_folder(purpose: str) -> Path:
-    """Returns the folder of this process for `purpose`, which is removed when the process exits. A forked child gets its own folder, and
+    """Returns the folder of this process for `purpose`, which is removed when the process exits. A forked child uses its own folder, and
     does not touch its parent's."""
     return _made(purpose, os.getpid())
 

@@ -95,9 +95,9 @@ class Studio:
 def serve(system: SystemObservation, port: int, role: str, audit: str | None = None, page: Path | None = None) -> Studio:
     """Serves the page of a system of this process. Raises `FileFailed` if it was not built, `InUse` if the port is in use."""
     if not isinstance(port, int) or isinstance(port, bool) or not 0 <= port <= 65535:
-        refuse(CallError, f"the port of a studio must be from 1024 to 65535, not {port!r}", "pass 0 for any that is free")
+        refuse(CallError, f"the port of a studio must be from 1024 to 65535, not {port!r}", "pass 0 for any free port")
     if role not in ROLES:
-        refuse(CallError, f"the role of a studio cannot be {role!r}", f"take {', '.join(map(repr, ROLES))}")
+        refuse(CallError, f"the role of a studio cannot be {role!r}", f"pass one of {', '.join(map(repr, ROLES))}")
     embedded = system._alive()
     if checking.active() or not isinstance(embedded, _native.System):
         return Studio(system.name, "", role)

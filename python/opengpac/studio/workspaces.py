@@ -146,7 +146,7 @@ def read(workspace: File | Mapping[str, Any]) -> dict[str, Any]:
     if version != FORMAT:
         refuse(
             CallError,
-            f"{at} has version {version!r} of the format of workspaces, but this OpenGPAC reads {FORMAT}",
+            f"{at} has version {version!r} of the workspace format, but this OpenGPAC reads version {FORMAT}",
             f'write "workspace": {FORMAT}',
         )
     return {key: value for key, value in given.items() if key != "workspace"}

@@ -90,7 +90,7 @@ def arguments_of(
                 refuse(DefinitionError, text, did_you_mean(name, known) or f"use names of the function in {what}=")
     for name in ins:
         if (name in inputs.given) + (name in parameters) + (name in states) > 1:
-            refuse(DefinitionError, f"'{name}' of block '{block}' is named twice", "make it either an input, a parameter or a state")
+            refuse(DefinitionError, f"'{name}' of block '{block}' is listed twice", "make it either an input, a parameter or a state")
     back = {output: state for state, output in states.items()}
     if len(back) < len(states):
         refuse(DefinitionError, f"two states of block '{block}' use the same output", "give each state its own output")
@@ -253,7 +253,7 @@ def _default(block: str, name: str, shape: tuple[int, ...], given: Any) -> str:
     if len(texts) > DEFAULTS_MAX:
         text = (
             f"the initial value of '{name}' of block '{block}' has {len(texts)} numbers, but a declaration "
-            f"has at most {DEFAULTS_MAX} before the zeros"
+            f"may contain at most {DEFAULTS_MAX} before the trailing zeros"
         )
         refuse(DefinitionError, text, "start with 0, and add the numbers in the function")
     return texts[0] if len(texts) == 1 else f"({', '.join(texts)})"

@@ -57,7 +57,7 @@ def generated(library: Any, function: Any, block: str, publish_unsolved: bool = 
         refuse(DefinitionError, f"block '{block}': {function.name()} needs a library at run time: {', '.join(strange)}", remedy)
     if _ALLOCATES.search(text):
         found = _ALLOCATES.findall(text)[0]
-        refuse(DefinitionError, f"block '{block}': the C of {function.name()} calls {found}, but a block must not allocate")
+        refuse(DefinitionError, f"block '{block}': the C code of {function.name()} calls {found}, but a block must not allocate")
     return reporting(text, function, block, publish_unsolved)
 
 

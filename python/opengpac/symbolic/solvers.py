@@ -29,15 +29,15 @@ def reporting(text: str, function: Any, block: str, publish_unsolved: bool = Fal
         checked = _CHECKS.get(str(solver.class_name()))
         if checked is None:
             remedy = "use 'sqpmethod' with 'qrqp' in nlpsol, 'qrqp' in qpsol or conic, 'fast_newton' in rootfinder"
-            why = f"the C of {solver.class_name()} '{solver.name()}' does not say whether it found a solution"
+            why = f"the C code of {solver.class_name()} '{solver.name()}' does not report whether it found a solution"
             refuse(DefinitionError, f"block '{block}': {why}", remedy)
         parts, known = _parts(text), False
         for i, (name, part) in enumerate(parts):
             if name == str(solver.name()) and (changed := checked(part)) is not None:
                 parts[i], known = (name, changed), True
         if not known:
-            remedy = "install the version of CasADi that opengpac[casadi] names"
-            why = f"this CasADi writes {solver.class_name()} '{solver.name()}' in an unknown form"
+            remedy = "install the version of CasADi that opengpac[casadi] requires"
+            why = f"this version of CasADi generates unrecognised C code for {solver.class_name()} '{solver.name()}'"
             refuse(DefinitionError, f"block '{block}': {why}", remedy)
         text = "".join(part for _, part in parts)
     return text

@@ -26,7 +26,7 @@ class Shelving:
     """One shelving of an alarm, which removes it from the list: `who` shelved it and the `reason`, from `time` to at most `until`.
 
     Times are in s of the system's clock; `wall` is the date of `time`. `ended` is the time of its end, None while it lasts;
-    `ended_by` is the person who ended it, empty if its time elapsed.
+    `ended_by` is the person who ended it, empty if the shelving expired.
     """
 
     who: str
@@ -45,7 +45,7 @@ class Alarm:
 
     `active` is True while its cause is present. `time`, `returned` and `acknowledged_at` are in s of the system's clock; `wall` is
     the date of `time`. `shelvable` indicates whether `shelve` accepts it. `shelvings` are its shelvings, with person and reason,
-    latest last.
+    oldest first.
     """
 
     number: int
@@ -203,7 +203,7 @@ class Alarms(TableDisplay, DeclaredNames):
         """Removes an `alarm` from the list for a `duration` of the system's clock, at most 24 h, or until `unshelve`.
 
         It stays shelved even if it recurs. Its `shelvings` record person, time and `reason`. Emergency stops, lost devices and
-        processors, and alarms of severity `critical` cannot be shelved: `NotAllowed`.
+        processors, and alarms of severity `critical` cannot be shelved (`NotAllowed`).
         """
         for_ns = duration_ns(duration, "the time of a shelving")
         with refusals:
@@ -228,7 +228,7 @@ class Alarms(TableDisplay, DeclaredNames):
         alarms = list(self)
         found = [alarm for alarm in alarms if code in (alarm.code, alarm.number)]
         if not found:
-            refuse(UnknownName, f"alarm '{code}' is not present", did_you_mean(str(code), {alarm.code for alarm in alarms}))
+            refuse(UnknownName, f"there is no alarm '{code}'", did_you_mean(str(code), {alarm.code for alarm in alarms}))
         return max(found, key=lambda alarm: alarm.time_ns)
 
     def __repr__(self) -> str:
@@ -237,7 +237,7 @@ class Alarms(TableDisplay, DeclaredNames):
         described = self._described()
         lines = [str(_alarm(given)) for given in described["current"]]
         if dropped := described.get("dropped", 0):
-            lines.append(f"{dropped} more were dropped before they ended, for lack of space: see .history and the log")
+            lines.append(f"{dropped} more were dropped before they ended, because the list was full; see .history and the log")
         return "\n".join(lines) if lines else "no alarms"
 
     def _table(self) -> Table | None:

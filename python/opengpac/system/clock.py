@@ -47,5 +47,5 @@ class SystemTime:
                 moved = native.step()
                 is_late = native.now() > deadline
             if not moved or is_late:
-                why = "no further event is pending" if not moved else f"not within {within}"
+                why = "no further event is pending" if not moved else f"the time limit of {within} has elapsed"
                 raise TimeoutError(f"{until!r} did not become true: {why}")

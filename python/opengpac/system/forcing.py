@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ForcedSignal:
-    """A forced signal: its `channel`, whether it is an `output`, the `value`, `who` forces it, and since when (s of the system's clock)."""
+    """A forced signal: its `channel`, whether it is an `output`, its `value`, `who` forces it, and when the force began (s of the
+    system's clock)."""
 
     number: int
     channel: str
@@ -32,8 +33,8 @@ class ForcedSignal:
 class Force:
     """A forced signal, which `release` ends: `with cell.force(part, True):` releases it at the end of the block.
 
-    `release` does nothing if the force has ended meanwhile: because another one replaced it, its device was disabled or lost, or there
-    was an emergency stop.
+    `release` does nothing if the force has already ended because another force replaced it, its device was disabled or lost, or an
+    emergency stop occurred.
     """
 
     def __init__(self, system: System, name: str, number: int) -> None:
@@ -42,7 +43,7 @@ class Force:
 
     @property
     def active(self) -> bool:
-        """True if the signal is still forced by this force."""
+        """True if this force is still in effect."""
         now = forced(self.system).get(self.name)
         return now is not None and now.number == self._number
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Listings of a system: its verbs, of both classes, simple and composed, and their instances."""
+"""Listings of a system's verbs, simple and composed, of both classes, and of their instances."""
 
 from __future__ import annotations
 

@@ -121,15 +121,17 @@ class SystemObservation(TableDisplay):
         return begin(self, path, svvs, cells=cells, replay=replay, split=split, keep=keep)
 
     def block_times(self, source: Source | None = None, *, during: Quantity = "60 s") -> Table:
-        """Measures the duration of each block: a probe measures one block per firing, for the real time `during` (at most an hour).
+        """Measures the duration of each block. A probe measures one block per firing, and runs for `during` of real time (at most an
+        hour).
 
-        The table contains the results so far, so call it again later. The probe costs three clock readings per firing and does not
-        change any computed values; times are real even under the virtual clock. `source` limits it to the blocks of one source.
+        The table contains the results so far, so call this again later for more. The probe costs three clock readings per firing and
+        does not change any computed values; times are real even under the virtual clock. `source` limits it to the blocks of one
+        source.
         """
         if source is not None and not isinstance(source, Source):
             refuse(
                 CallError,
-                f"block times can be taken of interrupt sources, not of {source!r}",
+                f"block times can be measured for interrupt sources, not for {source!r}",
                 "pass an interrupt source, or nothing for all of them",
             )
         with refusals:

@@ -152,8 +152,8 @@ class SystemCommands(SystemObservation):
         As a context manager, `with cell.force(part, True): …`, it releases the signal at the end of the block.
 
         value: a bool, or a number in the unit of the channel. The force lasts until it is released, its session ends, its device is
-        disabled or lost, or an emergency stop; an alarm `forced` is active until then. A disabled output stays safe. A remote system
-        requires the role `configure` and command.
+        disabled or lost, or an emergency stop occurs; an alarm `forced` is active until then. A disabled output stays safe. A remote
+        system requires the role `configure` and command.
 
         Raises `NotEnabled` for a device that is not enabled, `NotAllowed` for an emergency stop input or the enabling switch,
         `OutOfRange` for a value beyond the limits of an analog output, `CallError` for a device without a channel of its own.

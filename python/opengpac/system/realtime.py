@@ -24,7 +24,7 @@ class RealTimeSystem(Calls):
     def turn(self, stores: list[tuple[str, list[float]]], duration_ns: int, names: list[str], /) -> bytes:
         """Stores numbers, runs the firings within the duration under the virtual clock, and returns the concatenated bytes of all SVVs.
 
-        A system in this process does so in one call.
+        A system in this process does this in a single call.
         """
         for name, numbers in stores:
             self.write(name, numbers[0] if len(numbers) == 1 else numbers)

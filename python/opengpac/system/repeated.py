@@ -37,7 +37,7 @@ class MadeThings:
             return False
         if said := differences(known[0], asked):
             article = "an" if kind[0] in VOWELS else "a"
-            refuse(InUse, f"{article} {kind} '{name}' already exists: {said}", "make it with the same values, or choose another name")
+            refuse(InUse, f"{article} {kind} '{name}' already exists: {said}", "create it with the same values, or choose another name")
         return True
 
 

@@ -15,7 +15,7 @@ def _time(ns: float) -> str:
 
 
 def _median(source: Mapping[str, Any], what: str) -> str:
-    """Returns the median from a histogram with bins at powers of two; the upper end of a bin may exceed the maximum."""
+    """Returns the median from a histogram with bins at powers of two; the upper edge of a bin may exceed the maximum."""
     return _time(min(source[f"{what}_median_ns"], source[f"{what}_max_ns"]))
 
 
@@ -61,7 +61,7 @@ class Statistics(dict[str, Any], TableDisplay):
         return Table("devices", ["device", "state"], rows, looks)
 
     def counters(self) -> Table:
-        """Table of the counters of physical devices' drivers: lost frames, late answers."""
+        """Table of the counters of physical devices' drivers, for example of lost frames or late answers."""
         rows = [(name, *counter) for name, p in self["physical_devices"].items() for counter in p.get("counters", {}).items()]
         return Table("counters of drivers", ["device", "counter", "value"], rows)
 

@@ -64,8 +64,9 @@ class SVV(TableDisplay, DeclaredNames, Argument, Generic[T]):
     `number`, `time` (s) and `value`. A comparison, `svv > 1.0`, is a predicate for `cell.advance(until=...)`. The object refers to
     the SVV for which it was created; an SVV created later under the name of a deleted one is different, and must be requested again.
 
-    Storing raises `ValueRefused` for a value of the wrong shape or a number that is not finite, `UnitMismatch`, `OutOfRange` outside
-    `within`, and `SecondWriter` while a verb instance writes it; every access raises `UnknownName` once it is deleted.
+    Storing raises `ValueRefused` for a value of the wrong shape or a number that is not finite, `UnitMismatch` for a unit of the
+    wrong dimension, `OutOfRange` for a value outside `within`, and `SecondWriter` while a verb instance writes it; every access
+    raises `UnknownName` once it is deleted.
     """
 
     def __init__(self, system: System, name: str) -> None:
@@ -223,7 +224,7 @@ class History:
         """Returns the kept values, or at least those selected by `which` if it counts from the newest one."""
         kept = self._svv._about["history"]
         if not kept:
-            refuse(ValueRefused, f"SVV '{self._svv.name}' has no history", "make it with history=1000")
+            refuse(ValueRefused, f"SVV '{self._svv.name}' has no history", "create it with history=1000")
         first = which.start if isinstance(which, slice) and which.stop is None and which.step is None else which
         count = min(kept, -first) if isinstance(first, int) and first < 0 else kept
         with refusals:
@@ -241,7 +242,11 @@ class History:
         try:
             return array[which]
         except (TypeError, ValueError, OverflowError, KeyError) as error:
-            refuse(CallError, f"the history of '{self._svv.name}' has no {which!r}: {error}", "use an index or a slice: history[-100:]")
+            refuse(
+                CallError,
+                f"the history of '{self._svv.name}' cannot be indexed with {which!r}: {error}",
+                "use an index or a slice: history[-100:]",
+            )
 
     def __repr__(self) -> str:
         try:

@@ -183,8 +183,8 @@ class System(SystemCommands, SystemTime, DeclaredNames):
 
         `process=True` runs it in a separate process: a crash there is `processor_lost` for the others. `process="cell-a"` runs it in
         the process of that name, with every other processor that names it: a crash there affects all of them, and values between them
-        take the path of threads. `host` names a host that has joined the system. Under the virtual clock all processors run in one
-        thread, regardless of their placement.
+        are exchanged as between threads. `host` names a host that has joined the system. Under the virtual clock all processors run
+        in one thread, regardless of their placement.
 
         `lost_after`: a process that hangs for this time is killed, with its outputs safe; by default after 0.1 s if it is stopped
         (SIGSTOP, a debugger), otherwise after 0.5 s without a sign of life. A processor without a process consists of threads of this
@@ -350,7 +350,7 @@ class System(SystemCommands, SystemTime, DeclaredNames):
         missing = [m for source in statistics["sources"].values() for m in source["rights_missing"]]
         missing += statistics["supervisor_rights_missing"]
         if missing:
-            _logger.warning("system '%s' lacks real-time rights: %s", self.name, "; ".join(dict.fromkeys(missing)))
+            _logger.warning("system '%s' lacks real-time privileges: %s", self.name, "; ".join(dict.fromkeys(missing)))
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes the data needed for a warm restart, `gpac.System(name, restore=path)`, to `path`: tunable parameters and members

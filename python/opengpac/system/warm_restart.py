@@ -101,7 +101,7 @@ def load(system: System, path: Path) -> RestartContents | None:
 
 def _content(text: str, path: Path) -> dict[str, Any]:
     previous = path.with_name(path.name + ".previous")
-    remedy = f"the previous one is '{previous}'" if previous.exists() else "move it away to start without it"
+    remedy = f"replace it with the previous one, '{previous}'" if previous.exists() else "move it away to start without it"
     try:
         document = json.loads(text)
         version, content = document["format"], document["content"]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""State of a system at one point in time (a look), and the loads and rates between two looks."""
+"""Snapshot of a system's state, and the loads and rates between two snapshots."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..system.realtime import RealTimeSystem
 
 @dataclass(frozen=True)
 class Look:
-    """State of a system at one point in time, as reported by the system."""
+    """Snapshot of a system's state, as reported by the system."""
 
     statistics: Mapping[str, Any]
     configuration: Mapping[str, Any]
@@ -21,13 +21,13 @@ class Look:
 
     @classmethod
     def at(cls, system: RealTimeSystem) -> Self:
-        """Takes a look at the system."""
+        """Takes a snapshot of the system."""
         alarms = system.alarms()["current"]
         return cls(system.statistics(), system.configuration(), alarms)
 
     def since(self, before: Look | None) -> float:
-        """Returns the time on the system's clock between the previous look and this one, s; if there is no previous look, since the
-        start."""
+        """Returns the time on the system's clock between the previous snapshot and this one, s; if there is no previous snapshot, since
+        the start."""
         return self.statistics["now_s"] - (before.statistics["now_s"] if before else 0.0)
 
     def sources(self, before: Look | None) -> list[dict[str, Any]]:
@@ -98,7 +98,7 @@ class Look:
 
 
 class Watch:
-    """Takes repeated looks, and keeps the probe of block times running in between."""
+    """Takes repeated snapshots, and keeps the probe of block times running in between."""
 
     def __init__(self, system: RealTimeSystem, every_s: float, probe: bool = True) -> None:
         self.every_s = every_s
@@ -107,7 +107,7 @@ class Watch:
         self._last: Look | None = None
 
     def look(self) -> tuple[Look, Look | None]:
-        """Takes a look, and returns it together with the previous one."""
+        """Takes a snapshot, and returns it together with the previous one."""
         with refusals:
             if self._probe:
                 # The probe ends by itself when it is no longer renewed.
@@ -122,7 +122,7 @@ def _rate(now: float, then: float, passed: float) -> float | None:
 
 
 def _median(bins: list[int]) -> int:
-    """Returns the upper end of the bin that contains the median."""
+    """Returns the upper edge of the bin that contains the median."""
     half, seen = (sum(bins) + 1) // 2, 0
     for number, count in enumerate(bins):
         seen += count

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Live screen of `opengpac top`: handles keys while it waits for the next look."""
+"""Live screen of `opengpac top`: handles keys while it waits for the next snapshot."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def keys() -> Iterator[None]:
 
 
 class Screen:
-    """Screen with the tables of a system, redrawn at each look, at each key, and when the window size changes."""
+    """Screen with the tables of a system, redrawn at each snapshot, at each key press, and when the window size changes."""
 
     def __init__(self, watch: Watch, view: View, system: str) -> None:
         self._watch = watch

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Imports NumPy on first use: a program with only plain numbers does not need it, and importing it takes half of the start-up time."""
+"""Imports NumPy on first use, because a program with only plain numbers does not need it, and importing it takes half of the start-up
+time."""
 
 from __future__ import annotations
 

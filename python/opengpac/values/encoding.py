@@ -75,7 +75,7 @@ def decoder_of(tree: Mapping[str, Any]) -> Callable[[bytes], Any]:
 
 
 def plain(value: Any, what: str = "the value") -> Any:
-    """Converts a value to a form that JSON can represent: numbers, text, lists and dictionaries. Refusals call the value `what`.
+    """Converts a value to a form that JSON can represent: numbers, text, lists and dictionaries. `what` names the value in refusals.
     >>> plain(np.array([1.0, 2.0])), plain((1, True)), plain("20 ms")
     ([1.0, 2.0], [1, True], '20 ms')
     """
@@ -110,11 +110,11 @@ def plain(value: Any, what: str = "the value") -> Any:
     if isinstance(value, Iterable):
         return [plain(v, what) for v in value]
     remedy = "pass numbers, strings with a unit, sequences, dictionaries or NumPy arrays"
-    refuse(ValueRefused, f"{what} must be a value, not {value!r}", remedy)
+    refuse(ValueRefused, f"{what} cannot be {value!r}", remedy)
 
 
 def to_json(value: Any, what: str = "the value") -> str:
-    """Returns the JSON text of a value. Refusals call the value `what`."""
+    """Returns the JSON text of a value. `what` names the value in refusals."""
     return json.dumps(plain(value, what))
 
 

@@ -55,8 +55,8 @@ class Pose:
     unit); `Pose((0.4, 0, 0.3), quaternion=(1, 0, 0, 0))` takes a unit quaternion, w first; without either there is no rotation. `a @
     b` is the pose `b` in frame `a`, expressed in the reference of `a`; `a @ point` transforms a point in `a`; `a.inverse()` is the
     inverse. A pose is immutable, and is a value of seven numbers: x, y, z, then the quaternion w, x, y, z. Raises `ValueRefused` for
-    a position without three numbers, a quaternion whose length is not 1, or if both orientations are passed; `UnitMismatch` for a
-    unit of the wrong dimension, `OutOfRange` for plain numbers of `rpy` beyond one turn: degrees are text, `"90 deg"`.
+    a position that is not three numbers, for a quaternion whose length is not 1, and if both orientations are passed; `UnitMismatch`
+    for a unit of the wrong dimension, `OutOfRange` for plain numbers of `rpy` beyond one turn: degrees are text, `"90 deg"`.
     >>> Pose((0.4, "20 mm", 0.3), rpy=(0, 0, "90 deg")) @ Pose((0.1, 0, 0))
     Pose(0.4, 0.12, 0.3 m; rpy 0, 0, 90 deg)
     """
@@ -124,14 +124,18 @@ class Pose:
         if length < _APART:
             refuse(
                 ValueRefused,
-                f"the point on x is too near to the origin: {length:.3g} m",
-                "choose one further away: its error turns the frame",
+                f"the point on the x axis is too close to the origin: {length:.3g} m",
+                "choose one farther away, because its error rotates the frame",
             )
         x /= length
         y = other - (other @ x) * x
         beside = float(np.linalg.norm(y))
         if beside < _APART:
-            refuse(ValueRefused, f"the point in xy is too near to the x axis: {beside:.3g} m", "choose one further away from the axis")
+            refuse(
+                ValueRefused,
+                f"the point in the xy plane is too close to the x axis: {beside:.3g} m",
+                "choose one farther away from the axis",
+            )
         y /= beside
         return cls(tuple(places[0]), quaternion=_quaternion(np.column_stack([x, y, np.cross(x, y)])))
 

@@ -61,12 +61,12 @@ def rows(value: Any) -> Any:
 
 
 _RANGE = re.compile(r"\[pose\]|[\[(][^,\[\]()]+,[^,\[\]()]+[\])]")
-"""Pattern of a range as text, `"(0, inf)"`; the model checks its ends."""
+"""Pattern of a range as text, `"(0, inf)"`; the model checks its bounds."""
 
 
 def range_of(given: Any, what: str) -> str | list[float | str] | None:
-    """Returns a range in the model's format: two ends, which are numbers or names of parameters, or a text, `"(0, inf)"`; None if no
-    range is given."""
+    """Returns a range in the model's format: two bounds, which are numbers or names of parameters, or a text, `"(0, inf)"`; None if no
+    range is set."""
     if given is None or (isinstance(given, str) and _RANGE.fullmatch(given)):
         return given
     listed = rows(given)

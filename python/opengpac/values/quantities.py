@@ -45,7 +45,7 @@ def duration_ns(duration: Quantity, what: str = "the duration") -> int:
     if math.isnan(ns):
         refuse(ValueRefused, f"{what} must be a time, not {duration!r}", "write '20 ms', for example, or a number of seconds")
     if not abs(ns) < 2**63:
-        refuse(OutOfRange, f"{what} {duration!r} is out of range", "give less than 292 years")
+        refuse(OutOfRange, f"{what} {duration!r} is out of range", "give a time of less than 292 years")
     return round(ns)
 
 

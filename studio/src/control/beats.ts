@@ -10,12 +10,15 @@ const DRIFT = 0.0002;
 export class Beats {
   /** Lead of the daemon's clock over the local one, ms, according to the beat with the smallest delay; null before the first beat. */
   #ahead: number | null = null;
-  /** Local time for which `#ahead` holds. */
+  /** Local time of the last update of `#ahead`. */
   #at = 0;
   /** Local time at which the latest beat was sent. */
   #sent = performance.now();
 
-  /** Forgets the clock, because a new connection may lead to another run of the system. The age of the last known state is not reset. */
+  /**
+   * Discards the estimate of the clock on a new connection, because the system may have restarted. The age of the last known state is
+   * not reset.
+   */
   forget(): void {
     this.#ahead = null;
   }
@@ -27,7 +30,10 @@ export class Beats {
     this.#sent = Math.max(this.#sent, beat_ms - this.#ahead);
   }
 
-  /** Returns the age of the last known state of the system, ms. For a delayed beat, the age counts from the time at which it was sent. */
+  /**
+   * Returns the age of the last known state of the system, ms. If the latest beat was delayed, the age is counted from the time at which
+   * it was sent.
+   */
   age_ms(local_ms: number): number {
     return Math.max(0, local_ms - this.#sent);
   }

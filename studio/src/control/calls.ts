@@ -2,7 +2,7 @@
 import { type Asker, answer } from "./requests";
 import { type Calls, LASTING } from "./shapes";
 
-/** Calls that the role `observe` may make (or, with `false`, all others), each with its arguments and its result. */
+/** The calls that the role `observe` may make if `Looking` is true, otherwise all other calls. Each has its arguments and its result. */
 type Of<Looking extends boolean> = {
   [Name in keyof Calls as (Calls[Name]["role"] extends "observe" ? true : false) extends Looking ? Name : never]: [
     Calls[Name]["arguments"],
@@ -47,8 +47,8 @@ export async function call<T>(asker: Asker, name: string, args: object, signal?:
 }
 
 /**
- * Makes a call that stops something, as a single request. When the request returns, the stop has begun; its completion is reported by
- * topics.
+ * Makes a call that stops something, as a single request. When the request returns, the stop has begun; its completion is reported
+ * through the topics.
  */
 export async function stop<N extends keyof Stops>(asker: Asker, name: N, args: Stops[N][0]): Promise<void> {
   const body = LASTING.has(name) ? { ...args, slice_ms: SLICE_MS } : args;

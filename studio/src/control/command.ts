@@ -61,7 +61,7 @@ export class Command {
     return this.#ask("POST", "/v1/command/decline", { name, reason });
   }
 
-  /** Executes an order with command. If command was lost in the meantime, takes it again and retries once. */
+  /** Executes an order while holding command. If command was lost in the meantime, takes it again and retries once. */
   async with<T>(order: () => Promise<T>): Promise<T> {
     if (!this.ours) await this.take();
     try {

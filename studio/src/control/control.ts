@@ -136,7 +136,7 @@ export class Control implements Source {
     return this.#sure(() => request<T>(this.#asker, "GET", path));
   }
 
-  /** Determines which run of the system answers. If it is a new run, forgets the state of the previous one. */
+  /** Determines which run of the system is answering. If the system has restarted, discards the state of the previous run. */
   async #meet(): Promise<void> {
     const version = await answer<Version>(this.#asker, "GET", "/v1/version");
     const isAnother = version.run !== this.version.run;

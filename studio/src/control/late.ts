@@ -5,8 +5,8 @@ import type { PressTime, Source } from "./source";
 const AGE_MAX_MS = 500;
 
 /**
- * Returns whether a command given at `pressed` is already too old. Creating an instance may take longer than that; the instance is then
- * kept for the next press, which starts it immediately.
+ * Returns whether a command given at `pressed` is already too old. This may happen if an instance has to be created first; the instance
+ * is then kept for the next press, which starts it immediately.
  */
 export function isLate(control: Pick<Source, "pressed">, pressed: PressTime): boolean {
   const now = control.pressed();

@@ -3,11 +3,11 @@ import { tr } from "../language/text";
 import { RefusalError, refusedBy, unreachable } from "./refusals";
 import { inTurn } from "./room";
 
-/** Sender of a request: its token for authentication, and its session. */
+/** Sender of a request: its authentication token and its session. */
 export interface Asker {
   token: string | null;
   session: string | null;
-  /** Daemon's time at which the command was given, ms. The daemon refuses a command that arrives late. */
+  /** Time on the daemon's clock at which the command was given, ms. The daemon refuses a command that arrives too late. */
   asOf?: number;
   /** True if the request stops or moves something, so that it must not queue behind other requests of the page. */
   isFirst?: boolean;

@@ -19,7 +19,7 @@ interface OpenedSession {
  * starts.
  */
 export class Session {
-  /** Name of the session, which others see; null while there is no session. */
+  /** Name of the session, as seen by others; null while there is no session. */
   readonly name = new WatchedValue<string | null>(null);
   /** Reason why there is no session; empty if there is one. */
   readonly trouble = new WatchedValue<Refusal[]>([]);
@@ -43,7 +43,7 @@ export class Session {
     return this.#opening;
   }
 
-  /** Opens another session if the system no longer knows the current one. */
+  /** Opens another session if the current one no longer exists in the system. */
   renew(): Promise<void> {
     this.#forget();
     return this.open();
@@ -59,7 +59,7 @@ export class Session {
     this.person.set(said);
   }
 
-  /** Closes the session properly: the instances that it has started continue to run. */
+  /** Closes the session in an orderly way, so that the instances that it has started continue to run. */
   async close(): Promise<void> {
     if (this.#asker.session === null) return;
     await request(this.#asker, "DELETE", "/v1/sessions");

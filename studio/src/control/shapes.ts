@@ -100,7 +100,7 @@ export interface Application {
   placement: { [name: string]: string };
   /** Intervals changed by the application: label → ns. */
   every: { [name: string]: number };
-  /** Values of a start, if they are also to be checked. */
+  /** Start values, if they are to be checked as well. */
   values?: { [name: string]: Value };
   /** Logical device whose own verb this is. */
   owner: string | null;
@@ -118,7 +118,7 @@ export interface ApplicationRequest {
   placement?: { [name: string]: string };
   /** Intervals changed by the application: label → ns. */
   every?: { [name: string]: number };
-  /** Values of a start, if they are also to be checked. */
+  /** Start values, if they are to be checked as well. */
   values?: { [name: string]: Value };
   /** Logical device whose own verb this is. */
   owner?: string | null;
@@ -128,7 +128,7 @@ export interface ApplicationRequest {
 /** Treatment of a start that needs an item of a logical device that another verb holds. */
 export type Arbitration = "refuse" | "queue" | "abort";
 
-/** Argument of an instantiation parameter or object. */
+/** Argument for an instantiation parameter or an object. */
 export type Argument = {
   svv: string;
 } | {
@@ -409,7 +409,7 @@ export interface Composition {
   share?: string[];
   /** True if the initial lists of all parts are merged into one. */
   together?: boolean;
-  /** Ending rule of parts that run together. */
+  /** Condition under which parts that run together end. */
   until?: TogetherUntil;
   place?: SourceLocation | null;
 }
@@ -435,7 +435,7 @@ export type DamagedPart = {
   /** Bounds on the times of the lost messages, ns on the system's clock, if the file contains them. */
   from_ns: number | null;
   to_ns: number | null;
-  /** Number of lost messages by channel: empty if none is lost, `None` if the file does not contain the numbers. */
+  /** Number of lost messages by channel: empty if none were lost, `None` if the file does not contain the numbers. */
   lost: { [name: string]: number } | null;
 };
 
@@ -576,8 +576,7 @@ export interface DriverService {
 }
 
 /**
- * Reason for which an active block becomes due: its interval or trigger, the blocks that drive it, or values from other sources and
- * instances.
+ * Reason why an active block becomes due: its interval or trigger, the blocks that drive it, or values from other sources and instances.
  */
 export type DueBy = "interval" | "driven" | "queued";
 
@@ -599,9 +598,9 @@ export interface ForcedSignal {
   output: boolean;
   /** Value that replaces the reading or the command, in the unit of the channel. */
   value: Value;
-  /** Person or session that forces. */
+  /** Person or session that set the force. */
   who: string;
-  /** Time on the system's clock at which it was forced, s. */
+  /** Time on the system's clock at which the force was set, s. */
   since_s: number;
 }
 
@@ -641,7 +640,7 @@ export interface FormInput {
 export interface FusedBlocks {
   /** True if tables use the available entry points, including those of future instances. */
   on: boolean;
-  /** Number of groups that have not been compiled yet, with which `fuse` continues. */
+  /** Number of groups that have not been compiled yet; the next call of `fuse` continues with them. */
   waiting: number;
   /** Groups of blocks, identified by their sources. */
   groups: FusedGroup[];
@@ -835,9 +834,9 @@ export interface InputParameterRequest {
   place?: SourceLocation | null;
 }
 
-/** Activation of a block, and the reason for which it becomes due. */
+/** Activation of a block, and the reason why it becomes due. */
 export interface InstalledActivation {
-  /** True if it is active. */
+  /** True if the activation is active. */
   on: boolean;
   due: DueBy;
   /** Labels of the blocks that drive the activation. */
@@ -1438,7 +1437,7 @@ export interface PlannedCondition {
   alarm: string | null;
 }
 
-/** Reason for which an active activation becomes due. */
+/** Reason why an active activation becomes due. */
 export type PlannedDue = "Interval" | {
   Driven: {
     by: [number, number][];
@@ -1722,7 +1721,7 @@ export interface RecordedSums {
   /** Sum of squares. */
   squares: number;
   /**
-   * Sum of squared differences from the mean, updated directly: deriving it from the sum of squares would lose precision for large
+   * Sum of squared differences from the mean, updated incrementally: deriving it from the sum of squares would lose precision for large
    * values.
    */
   spread: number;
@@ -2234,7 +2233,7 @@ export interface SourceStatistics {
   firings: number;
   /** Number of releases skipped because the previous firing had not finished. */
   overruns: number;
-  /** Number of ratio values that were absent when their reader needed them. */
+  /** Number of ratio values that were not available when their reader needed them. */
   late: number;
   /** Number of invocations that faulted. */
   faults: number;
@@ -2411,7 +2410,7 @@ export interface SvvRequest {
   within?: Within | null;
   /** True if the PS keeps the value across a warm restart. */
   keep?: boolean | null;
-  /** Name of the system's SVV that all devices of the type share, in place of an SVV of their own. */
+  /** Name of the system's SVV that all devices of the type share instead of having their own. */
   shared?: string | null;
   types?: { [name: string]: string };
 }
@@ -2427,7 +2426,7 @@ export interface SvvSpecification {
   within: Within | null;
   /** True if the PS keeps the value across a warm restart. */
   keep?: boolean | null;
-  /** Name of the system's SVV that all devices of the type share, in place of an SVV of their own. */
+  /** Name of the system's SVV that all devices of the type share instead of having their own. */
   shared: string | null;
 }
 
@@ -2442,7 +2441,7 @@ export interface SvvSpecificationRequest {
   within?: Within | null;
   /** True if the PS keeps the value across a warm restart. */
   keep?: boolean | null;
-  /** Name of the system's SVV that all devices of the type share, in place of an SVV of their own. */
+  /** Name of the system's SVV that all devices of the type share instead of having their own. */
   shared?: string | null;
 }
 
@@ -2475,7 +2474,7 @@ export interface TaughtPoint {
   configuration: string | null;
   /** Revolutions of the joints in that configuration. */
   turns: number[];
-  /** Note for people. */
+  /** Free-text comment. */
   note: string;
   /** Time of teaching, RFC 3339. */
   taught: string | null;
@@ -2498,7 +2497,7 @@ export interface TaughtPointRequest {
   configuration?: string | null;
   /** Revolutions of the joints in that configuration. */
   turns?: number[];
-  /** Note for people. */
+  /** Free-text comment. */
   note?: string;
   /** Time of teaching, RFC 3339. */
   taught?: string | null;
@@ -2557,7 +2556,7 @@ export interface TerminationRequest {
 /** A time with its unit: `20 ms`. */
 export type Time = string;
 
-/** Ending rule of parts that run together. */
+/** Condition under which parts that run together end. */
 export type TogetherUntil = "any" | "all";
 
 /**
@@ -2607,8 +2606,9 @@ export type Value = boolean | number | string | Value[] | { [name: string]: Valu
 /**
  * A verb (f_V, p_V, o_V, inst_V, χ, ψ, ω, c_V, t_V, τ, ν).
  *
- * In a composed verb, one with `parts`, blocks, cells and lists carry the label of their part (`close.start`). So do the keys of
- * `conditions` and `output_values`, which may then have one line per part; [`Verb::reported`] returns their names in reports and τ.
+ * The blocks, cells and lists of a composed verb (one with `parts`) carry the label of their part (`close.start`). So do the keys of
+ * `conditions` and `output_values`, which may then have one entry for each part; [`Verb::reported`] returns the names that are used in
+ * reports and τ.
  */
 export interface Verb {
   name: string;
@@ -2673,8 +2673,9 @@ export interface VerbForm {
 /**
  * A verb (f_V, p_V, o_V, inst_V, χ, ψ, ω, c_V, t_V, τ, ν).
  *
- * In a composed verb, one with `parts`, blocks, cells and lists carry the label of their part (`close.start`). So do the keys of
- * `conditions` and `output_values`, which may then have one line per part; [`Verb::reported`] returns their names in reports and τ.
+ * The blocks, cells and lists of a composed verb (one with `parts`) carry the label of their part (`close.start`). So do the keys of
+ * `conditions` and `output_values`, which may then have one entry for each part; [`Verb::reported`] returns the names that are used in
+ * reports and τ.
  */
 export interface VerbRequest {
   name: string;
@@ -2876,7 +2877,7 @@ export type WrittenTermination = NameList | Termination;
 
 export type WrittenTerminationRequest = NameList | TerminationRequest;
 
-/** The calls: the least role that may make each, its arguments, its answer. */
+/** The calls, each with the lowest role that may make it, its arguments and its result. */
 export interface Calls {
   /** Creates a real-time processor. */
   processor: {
@@ -2917,7 +2918,10 @@ export interface Calls {
     };
     result: null;
   };
-  /** Takes over processes that lost a system with this name, and continues everything that runs in them; the system must be opened with "adopt": true. */
+  /**
+   * Takes over processes whose system with this name was lost, and continues everything that runs in them; the system must be opened
+   * with "adopt": true.
+   */
   take_over: {
     role: "configure";
     arguments: Record<string, never>;
@@ -3045,13 +3049,16 @@ export interface Calls {
     arguments: GraphRequest;
     result: null;
   };
-  /** Returns all mistakes of a graph or a verb, each with "where". Does not define it. */
+  /** Returns all mistakes in a graph or a verb, each with "where". Does not define it. */
   check_definition: {
     role: "observe";
     arguments: Drawing;
     result: Refusal[];
   };
-  /** Returns all mistakes of a graph or a verb, as `check_definition` does, and everything that an installation would refuse for any arguments: constants, defaults, members of objects, second writers in a list. Does not define it. */
+  /**
+   * Returns all mistakes in a graph or a verb, as `check_definition` does, and everything that an installation would refuse whatever the
+   * arguments: constants, defaults, members of objects, second writers in a list. Does not define it.
+   */
   check_drawing: {
     role: "observe";
     arguments: Drawing;
@@ -3522,14 +3529,18 @@ export interface Calls {
     };
     result: null;
   };
-  /** Forces a signal, given by its logical device: an input has this value instead of its reading, an output instead of its command. The force ends with the session that set it, when the device is disabled or lost, and at an emergency stop; an alarm is active until then. Returns the number of the force. */
+  /**
+   * Forces a signal, identified by its logical device: an input has this value instead of its reading, an output instead of its command.
+   * The force ends with the session that set it, when the device is disabled or lost, and at an emergency stop; an alarm is active until
+   * then. Returns the number of the force.
+   */
   force: {
     role: "configure";
     arguments: {
       name: string;
       /** Value in the unit of the signal's channel. */
       value: Value;
-      /** Person or session that forces; set by the control interface to its caller. */
+      /** Person or session that sets the force; set by the control interface to its caller. */
       who?: string | null;
     };
     result: number;
@@ -3539,7 +3550,7 @@ export interface Calls {
     role: "operate";
     arguments: {
       name?: string | null;
-      /** Person or session that releases; set by the control interface to its caller. */
+      /** Person or session that ends the force; set by the control interface to its caller. */
       who?: string | null;
     };
     result: string[];
@@ -3731,7 +3742,7 @@ export interface Calls {
     };
     result: Workspace;
   };
-  /** Returns all mistakes of a workspace in the current system: those in its structure, and references to missing items. */
+  /** Returns all mistakes in a workspace in the current system: those in its structure, and references to missing items. */
   check_workspace: {
     role: "observe";
     arguments: WorkspaceRequest;
@@ -3884,5 +3895,5 @@ export interface Calls {
   };
 }
 
-/** The calls that last, and go on in slices. */
+/** The long-running calls, which are continued in slices. */
 export const LASTING: ReadonlySet<string> = new Set(["device_service", "scan_devices", "device_served", "wait_enabled", "disable", "perform", "performed", "wait", "halt", "advance", "pause", "paused"]);

@@ -16,7 +16,7 @@ export interface Topic<T> {
   readonly get: () => T | null;
 }
 
-/** Watcher of a value, called at most once per animation frame. If there is no value, `missing` is the reason. */
+/** Watcher of a value, called at most once per animation frame. If there is no value, `missing` gives the reason. */
 export type Watcher = (reading: Reading | null, missing: Refusal[] | null) => void;
 
 export interface Values {
@@ -24,7 +24,7 @@ export interface Values {
   watch(name: string, watcher: Watcher, every_ms?: number): () => void;
   /** Returns the latest value received, if the value is being watched. */
   latest(name: string): Reading | undefined;
-  /** Requests names again that were unknown. */
+  /** Requests names again that did not exist before. */
   renew(): void;
 }
 
@@ -39,7 +39,7 @@ export interface Differs {
   replayed: string;
 }
 
-/** The past of a recording, which can be read at any of its times. */
+/** The past of a recording, which can be read at any time within its span. */
 export interface Past {
   readonly name: string;
   /** The whole log, regardless of the cursor. */
@@ -53,7 +53,7 @@ export interface Past {
   go(time_ns: number): void;
   /** Yields the values of SVVs and cells over a span, in consecutive sections. */
   span(names: string[], from_ns: number, to_ns: number, columns: number, signal: AbortSignal): AsyncIterable<RecordedSpan>;
-  /** Returns type, unit and number of elements of a channel; undefined if it was not recorded. */
+  /** Returns the type, unit and number of elements of a channel; undefined if it was not recorded. */
   channel(name: string): { name: string; type_text: string; unit: string; components: number } | undefined;
   /** Returns the names of all recordings with which this one can be compared, newest first, including itself. Throws `RefusalError`. */
   others(): Promise<string[]>;
@@ -82,7 +82,7 @@ export interface Source {
   readonly values: Values;
   readonly alarms: { readonly latest: WatchedValue<Alarms | null>; readonly trouble: WatchedValue<Refusal[]>; look(): Promise<void> };
   readonly started: StartedInstances;
-  /** Readable past; null if there is only the present. */
+  /** The past that can be read; null if only the current state can be read. */
   readonly past: Past | null;
   /** The source that was paused to create this one; the source itself if it is not paused. */
   readonly origin: Source;

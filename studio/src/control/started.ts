@@ -30,7 +30,7 @@ export class StartedInstances {
     this.#made.add(instance);
   }
 
-  /** Forgets all instances, because another run of the system answers. */
+  /** Discards all instances, because the system has restarted. */
   forget(run: string): void {
     this.#run = run;
     this.#instances.clear();

@@ -33,8 +33,8 @@ class StillValues implements Values {
 }
 
 /**
- * Returns the running system in its state when the page was paused. Stops are passed on; all other commands are refused, because the
- * page does not show the current state.
+ * Returns the running system in the state that it had when the page was paused. Stops are passed on; all other commands are refused,
+ * because the page does not show the current state.
  */
 export function stillOf(source: Source, readings: ReadonlyMap<string, Reading>): Source {
   const { topics } = source;

@@ -18,7 +18,7 @@ export interface Subscriber {
   text(frame: Record<string, unknown>): void;
   /** Receives a binary frame (topic `scope`): the whole frame, and the offset of its body. */
   binary?(frame: DataView, body: number): void;
-  /** Called if the system refuses the subscription, which ends it. */
+  /** Called when the system has refused the subscription and thereby ended it. */
   refused(refusals: Refusal[]): void;
   /** Returns the topic to request after a reconnection; by default the same topic as before. */
   again?(): Topic;
@@ -56,7 +56,7 @@ export class Stream {
   readonly #met: (() => Promise<void>) | null;
   readonly #subscriptions = new Map<string, { topic: Topic; subscriber: Subscriber }>();
   #socket: WebSocket | null = null;
-  /** The socket to the identified run of the system. Frames are sent only over this socket. */
+  /** Socket to the run of the system that has been identified. Frames are sent only over this socket. */
   #known: WebSocket | null = null;
   #last = 0;
   #failures = 0;
@@ -65,7 +65,7 @@ export class Stream {
   readonly #beats = new Beats();
   #looking: ReturnType<typeof setInterval> | undefined;
   #looked = 0;
-  /** Local time at which the current socket was opened. A new socket is given as much time as a silent one. */
+  /** Local time at which the current socket was opened. A silent socket is closed only after it has been open for `GIVE_UP_MS`. */
   #opened = 0;
 
   /** `met` is called whenever a connection opens, before any subscription, to identify the run that answers. */

@@ -75,7 +75,7 @@ export class Topics {
   readonly log: SharedTopic<KeptEntries<LogEntry>>;
   readonly ends: SharedTopic<KeptEntries<End>>;
 
-  /** Restarts all topics, because another run of the system answers. */
+  /** Restarts all topics, because the system has restarted. */
   renew(): void {
     this.statistics.latest.set(null);
     this.installed.latest.set(null);

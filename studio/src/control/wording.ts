@@ -3,7 +3,7 @@
 
 type Wording = [RegExp, string];
 
-/** Patterns and their wordings. The first match counts, so longer patterns come first. */
+/** Patterns and their wordings. The first match wins, so longer patterns come first. */
 const WORDINGS: Wording[] = [
   // The editor: modes, lists, intervals.
   [/gpac\.ratio\((\w+)\)/g, "ratio $1"],

@@ -37,7 +37,7 @@ export function percent(part: number): string {
   return `${(part * 100).toFixed(part < 0.1 ? 1 : 0)} %`;
 }
 
-/** Formats a time of the system's clock in seconds, with a resolution of 1 ms: "12.345 s". */
+/** Formats a time on the system's clock in seconds, with a resolution of 1 ms: "12.345 s". */
 export function seconds(time_s: number): string {
   return `${time_s.toFixed(3)} s`;
 }

@@ -36,7 +36,7 @@ export function Name(props: { of: string }) {
   return nameParts(props.of).map((part, index) => [index > 0 && <wbr key={index} />, part]);
 }
 
-/** A text of a program in which words between backticks are code. */
+/** Text from a program, with words between backticks shown as code. */
 export function Coded(props: { of: string }) {
   // biome-ignore lint/suspicious/noArrayIndexKey: a part is known by its place
   return props.of.split("`").map((part, index) => (index % 2 === 1 ? <code key={index}>{part}</code> : part));

@@ -72,14 +72,14 @@ const PREFIXES: Record<string, readonly [number, number]> = {
 const NUMBER = /^([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*)$/s;
 const COMMA = /^\s*[+-]?\d+,\d+/;
 
-/** Returns an error message for a number with a decimal comma, or null. Lists in brackets may contain commas. */
+/** Returns an error message if the text contains a number with a decimal comma, otherwise null. Lists in brackets may contain commas. */
 export function commaIn(text: string): string | null {
   const found = COMMA.exec(text);
   return found ? tr("design.textHasADecimalCommaWrite", { text: text.trim(), value: found[0].trim().replace(",", ".") }) : null;
 }
 
 /**
- * Converts a text to a number in a unit; a number without a unit is returned unchanged. For a choice such as `rad|m`, the first unit of
+ * Converts text to a number in a unit; a number without a unit is returned unchanged. For a choice such as `rad|m`, the first unit of
  * the same dimension is used.
  */
 export function numberIn(text: string, target: string): ReadResult<number> {

@@ -7,7 +7,7 @@ export function choices(unit: string): string[] {
   return unit.split("|");
 }
 
-/** Formats a unit for display: `rad|m` becomes "rad or m", which depends on the joint. */
+/** Formats a unit for display. `rad|m` becomes "rad or m", because the unit depends on the joint. */
 export function unitText(unit: string | null | undefined): string {
   return unit ? choices(unit).join(` ${tr("design.or")} `) : "";
 }

@@ -10,7 +10,7 @@ const SECTIONS: Record<string, string[]> = {
   recordings: ["A recording in the same views"],
 };
 
-/** Rows of the views in the table of docs/studio.md, which is in English in every language of the page. */
+/** Names of the views' rows in the table of docs/studio.md. They are in English, whatever the language of the page. */
 const ROWS: Record<string, string> = {
   start: "Start",
   system: "System",

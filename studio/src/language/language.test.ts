@@ -14,7 +14,7 @@ const MODULES = readdirSync(SOURCE, { recursive: true, encoding: "utf8" })
   .filter((file) => /\.tsx?$/.test(file) && !/\.test\.ts$|^language|shapes\.ts$/.test(file))
   .map((file) => ({ file, text: readFileSync(path.join(SOURCE, file), "utf8") }));
 
-/** Modules with prose that is not a text of the page, and the reason. */
+/** Modules with prose that is not translated, each with the reason. */
 const EXCEPTIONS: Record<string, string> = {
   "control/wording.ts": "patterns of the system's messages, which are in English",
   "help/topics.ts": "headings of the docs, which are in English",
@@ -23,7 +23,7 @@ const EXCEPTIONS: Record<string, string> = {
   "views/scope/worker/scales.ts": "names of scales, which are not shown",
 };
 
-/** Texts that are not shown, or belong to the system. */
+/** Texts that are not shown to a person, or that come from or are sent to the system. */
 const SENT = [
   // Quoted in messages of the system.
   "part '{}'",

@@ -9,7 +9,7 @@ interface Node {
   [name: string]: unknown;
 }
 
-/** Attributes that a person sees or hears. */
+/** Attributes whose text a person sees or hears. */
 const VISIBLE = new Set([
   "aria-label",
   "title",
@@ -23,25 +23,25 @@ const VISIBLE = new Set([
   "greatest",
   "alt",
 ]);
-/** Elements with code or keys, which are the same in every language. */
+/** Elements that contain code or key names, which are not translated. */
 const LITERAL = new Set(["code", "kbd", "pre"]);
-/** Calls whose arguments are selectors or names, not texts. */
+/** Calls whose arguments are selectors or names, not user-visible text. */
 const NAMES = new Set(["querySelector", "querySelectorAll", "matchMedia", "closest", "matches", "setAttribute", "getItem", "setItem"]);
-/** Units and symbols, which are the same in every language. */
+/** Units and symbols, which are not translated. */
 const SYMBOL = /^(s|ms|µs|ns|min|h|mm|N|B|MiB|KiB|GiB|TiB|Hz|px|d|dt|x|deg|dB|A|B|CSV|MCAP|SVG)$/;
 /** Names, selectors, paths and examples, which are not prose. */
 const NAME =
   /^[a-z]+\.[A-Za-z_.]+$|^[a-z]+\(.*\) - 5$|^<|^\d+px |^Bearer |, *(a\[|select)|^arrow |cursor cursor-|^[ML]\{\} |^font-|^\{\}<|^dB re |^\(prefers-/;
 
-/** A text outside of the files of languages, with its line. */
+/** A hard-coded text, that is, one outside the language files, with its line. */
 export interface LiteralText {
   line: number;
   text: string;
-  /** True if it is in JSX, where it is certainly shown. */
+  /** True if the text is in JSX and is therefore certainly shown. */
   isShown: boolean;
 }
 
-/** Returns the literal texts of a module. */
+/** Returns the hard-coded texts of a module. */
 export function literalTexts(file: string, source: string): LiteralText[] {
   const found: LiteralText[] = [];
   const put = (node: Node, text: string, isShown: boolean) => {

@@ -9,8 +9,8 @@ import { useForce } from "./forced";
 import { isStored } from "./stored";
 
 /**
- * The current value of an SVV or private cell, written into the page without React. Shows `–` before the first value; if the system does
- * not have the name, the title gives the reason.
+ * The current value of an SVV or private cell, written into the page without React. Shows `–` before the first value; if the name does
+ * not exist in the system, the title gives the reason.
  */
 export function LiveValue(props: {
   name: string;

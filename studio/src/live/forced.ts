@@ -7,7 +7,7 @@ import { valueText } from "../design/numbers";
 import { tr } from "../language/text";
 import { useControl } from "../shell/context";
 
-/** Returns the forced signals, by their devices. A recording of an earlier release has none. */
+/** Returns the forced signals, by their devices. A recording made by an earlier release contains none. */
 export function forcedOf(now: Statistics | null): Record<string, ForcedSignal> {
   return now?.forced ?? {};
 }
@@ -18,8 +18,8 @@ export function forceText(of: ForcedSignal): string {
 }
 
 /**
- * Returns the description of the force of an SVV or channel; null if it is not forced. The SVV `value` of a forced output has the value
- * of the program, and is marked as well, because the machine has another one.
+ * Returns the description of the force of an SVV or channel; null if it is not forced. The SVV `value` of a forced output still contains
+ * the value that the program commands. It is marked as well, because the machine receives a different value.
  */
 export function forceOf(now: Statistics | null, name: string): string | null {
   for (const [signal, of] of Object.entries(forcedOf(now))) {
@@ -28,7 +28,7 @@ export function forceOf(now: Statistics | null, name: string): string | null {
   return null;
 }
 
-/** Returns the description of the force of an SVV or channel; the component is rendered again when it changes. */
+/** Returns the description of the force of an SVV or channel; the component is re-rendered when the description changes. */
 export function useForce(name: string): string | null {
   const { statistics } = useControl().topics;
   return useSyncExternalStore(statistics.watch, () => forceOf(statistics.get(), name));

@@ -4,7 +4,7 @@ import type { Reading } from "../control/shapes";
 import type { Values, Watcher } from "../control/source";
 import type { Stream } from "../control/stream";
 
-/** Update intervals of values, ms: for values to be read by a person, and for motion. */
+/** First the update interval of values that a person reads, and then that of values that show a motion, ms. */
 export const READ_MS = 100;
 export const MOVE_MS = 33;
 
@@ -23,7 +23,7 @@ export class LiveValues implements Values {
     this.#move = new Group(stream, MOVE_MS);
   }
 
-  /** Watches a value until the returned function is called. `every_ms`: `READ_MS` or `MOVE_MS`. */
+  /** Watches a value until the returned function is called. `every_ms` is `READ_MS` or `MOVE_MS`. */
   watch(name: string, watcher: Watcher, every_ms: number = READ_MS): () => void {
     return (every_ms <= MOVE_MS ? this.#move : this.#read).watch(name, watcher);
   }
@@ -38,13 +38,13 @@ export class LiveValues implements Values {
     return new Map([...this.#read.readings(), ...this.#move.readings()]);
   }
 
-  /** Forgets all readings, because another run of the system answers. */
+  /** Discards all readings, because the system has restarted. */
   forget(): void {
     this.#read.forget();
     this.#move.forget();
   }
 
-  /** Requests names again that were unknown, because an installation may have added them. */
+  /** Requests names again that did not exist before, because an installation may have added them. */
   renew(): void {
     this.#read.renew();
     this.#move.renew();

@@ -31,7 +31,7 @@ export const MARKS: Record<Severity, { tone: Tone; shape: string }> = {
   critical: { tone: "critical", shape: "M1 1h8v8H1z" },
 };
 
-/** Severity and state of an alarm in words; the severity also as a shape. */
+/** Severity and state of an alarm in words; a shape also indicates the severity. */
 export function AlarmTags(props: { of: Alarm }) {
   const state = stateOf(props.of);
   const { tone, shape } = MARKS[props.of.severity];

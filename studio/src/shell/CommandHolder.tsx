@@ -16,7 +16,7 @@ export function moving(now: Statistics | null): string[] {
   return (now?.instances ?? []).filter((one) => one.state === "running" && one.owner === null).map((one) => one.name);
 }
 
-/** Returns the name of the commander: this page, a person or session, a program, or nobody. */
+/** Returns the name of the commander: this page, a person or session, a program, or no one. */
 export function commanderOf(holder: string | null, person: string | null, own: string | null, now: Statistics | null): string {
   if (holder === null) return moving(now).length > 0 ? tr("shell.aProgram") : tr("shell.nobody2");
   return holder === own ? tr("shell.thisPage") : (person ?? holder);

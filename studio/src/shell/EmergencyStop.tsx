@@ -30,7 +30,7 @@ export interface Press {
   putAway: () => void;
 }
 
-/** Returns whether the next attempt would get the same answer. A lack of capacity, or an answer from a proxy, may be temporary. */
+/** Returns whether a further attempt would receive the same answer. A lack of capacity, or an answer from a proxy, may be temporary. */
 function isFinal(status: number): boolean {
   return status >= 400 && status < 500 && status !== 408 && status !== 429;
 }

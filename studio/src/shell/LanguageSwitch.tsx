@@ -3,7 +3,7 @@ import { chosenLanguage, keepLanguage, LANGUAGES, type Language } from "../langu
 import { tr } from "../language/text";
 import { reload } from "./cutOff";
 
-/** Choice of the page's language. */
+/** Selection of the page's language. */
 export function LanguageSwitch() {
   return (
     <label className="theme">

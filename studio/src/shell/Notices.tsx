@@ -7,7 +7,7 @@ import { watchAim } from "./aim";
 /** Time for which a refused press is reported, ms. */
 const TOLD_MS = 4000;
 
-/** Area for messages, in every view. Its height is fixed, so that nothing below it moves; longer contents unfold over the view. */
+/** Area for messages, in every view. Its height is fixed, so that nothing below it moves; longer content expands over the view. */
 export function Notices(props: { children: ReactNode }) {
   const content = useRef<HTMLDivElement>(null);
   const [isMore, setMore] = useState(false);

@@ -19,7 +19,7 @@ import { Tour } from "./tour/Tour";
 
 /**
  * Bar that is always visible: system, connection, commander, mode and pause, alarms, emergency stop. In a narrow window, commander and
- * mode are combined on one line, and their controls and those of the clock unfold.
+ * mode are combined on one line, and their controls and those of the clock are collapsed until they are expanded.
  */
 export function TopBar() {
   const control = useLive();
@@ -71,7 +71,7 @@ export function TopBar() {
   );
 }
 
-/** Summary of command, mode and pause while these are folded in a narrow window: first anything unusual, then the holder of command. */
+/** Summary of command, mode and pause while these are collapsed in a narrow window: first anything unusual, then the holder of command. */
 function Summary(props: { now: Statistics | null }) {
   const control = useLive();
   const { holder, person } = useWatched(control.command.state);

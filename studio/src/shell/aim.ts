@@ -2,7 +2,10 @@
 // Guards presses against a changing page: a press of a commanding control is refused if a different control was under the finger when it
 // was aimed. The emergency stop is not guarded: it never moves, and nothing ever covers it.
 
-/** Time before a press during which a person aims, ms; sampling period of the positions of all controls, ms; number of samples kept. */
+/**
+ * First the time before a press during which a person aims, ms; then the sampling period of the positions of all controls, ms; and then
+ * the number of samples kept.
+ */
 const AIMED_MS = 100;
 const LOOK_MS = 50;
 const KEPT = 6;
@@ -13,7 +16,7 @@ const CONTROLS = "button, a[href], input, select, summary";
 /** Selector of elements whose controls command the system. A press of any other control can be undone. */
 const COMMANDING = "[data-commands]";
 
-/** A control, by its name, and its position in a sample. */
+/** Name of a control, and its position in a sample. */
 export interface Spot {
   name: string;
   box: { left: number; top: number; right: number; bottom: number };

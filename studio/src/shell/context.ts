@@ -22,7 +22,7 @@ export function useControl(): Source {
   return source;
 }
 
-/** Returns the current value of a watched value; the component is rendered again when the value changes. */
+/** Returns the current value of a watched value; the component is re-rendered when the value changes. */
 export function useWatched<T>(watched: WatchedValue<T>): T {
   return useSyncExternalStore(watched.watch, watched.get);
 }

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 import { WatchedValue } from "../control/watched";
 
-/** Theme, set by the operating system or by the switch. High contrast is light or dark as the operating system. */
+/**
+ * Theme, set by the operating system or by the switch. The high-contrast theme is light or dark depending on the operating system's
+ * setting.
+ */
 export type Theme = "system" | "light" | "dark" | "contrast";
 
 const THEMES: readonly string[] = ["light", "dark", "contrast"] satisfies Theme[];
 const KEY = "opengpac.theme";
-/** The operating system requests high contrast, or replaces the colours of pages. */
+/** Media query that matches if the operating system requests high contrast or replaces the colours of pages. */
 const MORE = "(prefers-contrast: more), (forced-colors: active)";
 
 export const theme = new WatchedValue<Theme>(kept());
@@ -16,7 +19,7 @@ function kept(): Theme {
   return THEMES.includes(said) ? (said as Theme) : "system";
 }
 
-/** Shows the page in its theme, and follows changes of the operating system's settings. */
+/** Shows the page in its theme, and follows changes to the operating system's settings. */
 export function applyTheme(): void {
   window.matchMedia(MORE).addEventListener("change", show);
   show();

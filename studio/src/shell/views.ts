@@ -9,7 +9,7 @@ export interface View {
   title: string;
   /** Description of the view, for the tooltip. */
   about: string;
-  /** True if the view is shown without the navigation, and not listed there. */
+  /** True if the view is shown without the navigation bar and is not listed in it. */
   alone?: boolean;
   part: LazyExoticComponent<ComponentType>;
 }

@@ -6,7 +6,7 @@ import { isCondition, runAt, runUntil } from "./virtual";
 const entry = (sequence: number, kind: string, text: string) =>
   ({ sequence, kind, text, about: "blink#1", time_s: 0, who: "" }) as LogEntry;
 
-/** Returns a mock clock; each of its firings logs the entries of one element. */
+/** Returns a mock clock; each firing logs the entries of the next element of `firings`. */
 function clockOf(firings: LogEntry[][]) {
   const log = [entry(3, "condition", "rose (reported by 'side')")];
   const asked: string[] = [];

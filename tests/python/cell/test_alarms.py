@@ -269,7 +269,7 @@ def test_an_alarm_that_leaves_for_want_of_a_place_is_counted_and_told() -> None:
         assert len(cell.alarms) == 1000 and cell.alarms.dropped == 1
         assert cell.alarms["grave"].active, "a severe one stays"
         assert [alarm.source for alarm in cell.alarms.history] == ["s0"]
-        assert [(e["about"], "no room" in e["text"]) for e in cell.log() if e["kind"] == "lost"] == [("s0", True)]
+        assert [(e["about"], "is full" in e["text"]) for e in cell.log() if e["kind"] == "lost"] == [("s0", True)]
         assert "1 more were dropped before they ended" in repr(cell.alarms)
 
 
@@ -293,7 +293,7 @@ def test_a_shelved_alarm_is_out_of_the_list_until_its_time_is_over(cell: gpac.Sy
     assert (shelving.who, shelving.reason, shelving.ended_by) == ("program", "the fan is exchanged on Monday", "")
     assert (shelving.until - shelving.time, shelving.ended) == (10.0, shelving.until)
     said = [entry["text"] for entry in cell.log() if entry["kind"] == "alarm"]
-    assert said[-1] == "E1: its time on the shelf has expired"
+    assert said[-1] == "E1: its shelving has expired"
     assert "E1: shelved for 10 s: the fan is exchanged on Monday" in said
 
 

@@ -73,7 +73,7 @@ def test_the_enabling_switch_is_held_while_something_moves(cell: gpac.System, nu
     with pytest.raises(gpac.InvalidState, match=r"enabling switch 'io\.enabling' is not held"):
         nudge.asynch(bench.arm.x, to=0.05)
     cell.advance("60 ms")
-    with pytest.raises(gpac.Terminated, match=r"enabling switch 'io\.enabling' was let go") as caught:
+    with pytest.raises(gpac.Terminated, match=r"enabling switch 'io\.enabling' was released") as caught:
         nudge(bench.arm.x, to=0.05)
     assert caught.value.condition == "aborted"
     assert caught.value.report.ended == pytest.approx(0.150)

@@ -95,7 +95,7 @@ def test_points_of_another_arm_are_refused(cell: gpac.System, bench: Bench, tmp_
         gpac.Points(path).teach("pick", other)
     twin = gpac.Group("twin", *bench.arm)
     twin.model = "file:0123"
-    with pytest.raises(gpac.ValueRefused, match="another model of arm 'arm' than that of 'twin'"):
+    with pytest.raises(gpac.ValueRefused, match="a model of arm 'arm' that differs from the model of 'twin'"):
         gpac.Points(path, twin)
     assert gpac.Points(path, twin, any_model=True)["pick"]["x"] == 0.25
 
@@ -110,7 +110,7 @@ def test_the_model_of_a_loaded_arm_is_its_file(tmp_path: Path) -> None:
         ]
         gpac.Points(tmp_path / "points.toml", arms[0])["home"] = [0.0] * 6
         gpac.Points(tmp_path / "points.toml", arms[0])
-        with pytest.raises(gpac.ValueRefused, match="another model"):
+        with pytest.raises(gpac.ValueRefused, match="differs from the model of"):
             gpac.Points(tmp_path / "points.toml", arms[1])
 
 

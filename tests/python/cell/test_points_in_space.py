@@ -191,7 +191,7 @@ def test_a_frame_that_points_are_of_stays(ur5e: Arm, tmp_path: Path) -> None:
         (gpac.UnknownName, "is not in '", lambda: points.teach("p", frame="world", tool="gripper")),
         (gpac.CallError, "a tool but no frame", lambda: points.teach("p", tool="pen")),
         (gpac.CallError, "a frame cannot be named", lambda: points.frames.__setitem__("world", gpac.Pose())),
-        (gpac.ValueRefused, "is a pose in 'table'", lambda: points.edit("pick", {"elbow": 1.0})),
+        (gpac.ValueRefused, "is stored as a pose in 'table'", lambda: points.edit("pick", {"elbow": 1.0})),
         (gpac.CallError, "requires the geometry of its arm", lambda: gpac.Points(points.path)["pick"].pose),
     ]
     before = points.path.read_text()

@@ -64,7 +64,7 @@ FAULTS = {
     ),
     "graphs in a circle": (
         '[graphs.g]\nblocks.a = "h"\n[graphs.h]\nblocks.a = "g"\n',
-        ["3: DefinitionError: definitions form a circle: g → h → g; remove one of these uses"],
+        ["3: DefinitionError: definitions form a cycle: g → h → g; remove one of these references"],
     ),
     "an unknown list, condition and transition": (
         '[verbs.v]\nblocks.w = "library.chirp"\ninitial = "start"\ntransitions = [\n'
@@ -81,19 +81,19 @@ FAULTS = {
     "an exception class that is not given": (
         '[verbs.v]\nblocks.w = "library.chirp"\ncommand_lists.start = [{ activate = "w", every = "1 ms" }]\n'
         '[verbs.v.conditions]\nhalted = { raises = "os:system" }\n',
-        ["7: UnknownName: condition 'halted' raises the unknown class 'os:system'; pass it: gpac.load(…, raises={'os:system': …})"],
+        ["7: UnknownName: there is no class 'os:system', which condition 'halted' raises; pass it: gpac.load(…, raises={'os:system': …})"],
     ),
     "a device type that is not there": (
         '[verbs.v]\nblocks.w = "library.chirp"\nobjects.arm = "robot_jiont"\ncommand_lists.start = [{ activate = "w", every = "1 ms" }]\n',
         [
-            "5: UnknownName: device type 'robot_jiont' is unknown; did you mean 'robot_joint'? or pass it: "
+            "5: UnknownName: there is no device type 'robot_jiont'; did you mean 'robot_joint'? or pass it: "
             "gpac.load(…, devices={'robot_jiont': …})"
         ],
     ),
     "a code module that is not loaded": (
         '[modules]\npress = "press.c"\n[graphs.g]\nblocks.a = "press.gauge"\n',
         [
-            "6: UnknownName: code module 'press' is not loaded; specify a system to download it, gpac.load(…, system=cell), "
+            "6: UnknownName: code module 'press' is not loaded; pass the system to which it is downloaded, gpac.load(…, system=cell), "
             "or pass modules={'press': code}"
         ],
     ),
@@ -174,7 +174,7 @@ def test_nothing_of_a_file_is_executed(tmp_path: Path) -> None:
             f'f = {{ targets = "w.amplitude", form = "{name}" }}\n'
         )
         found = said(path)
-        assert len(found) == 2 and all("unknown" in line for line in found), name
+        assert len(found) == 2 and all("UnknownName: there is no " in line for line in found), name
 
 
 def checked(path: Path) -> tuple[int, str]:

@@ -33,7 +33,7 @@ def test_a_file_that_is_nested_without_end_is_refused_in_a_sentence(
 ) -> None:
     file = tmp_path / name
     file.write_text(text(depth))
-    with pytest.raises(gpac.DefinitionError, match="tables and lists of the file are nested more than 100 deep"):
+    with pytest.raises(gpac.DefinitionError, match="the tables and lists of the file are nested more than 100 levels deep"):
         gpac.load(file)
 
 

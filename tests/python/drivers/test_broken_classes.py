@@ -168,7 +168,7 @@ BROKEN |= {
         SEEN,
         SEEN + "        for _ in range(2_000_000): pass\n",
         "class-brief",
-        "ms; wait for the machine with a blocking call",
+        "ms of computing time; wait for the machine with a blocking call",
     ),
     "changes the folder": (OPEN, OPEN + "        os.chdir('/')\n", "class-kept", "open() changes the working directory"),
     "changes the environment": (
@@ -194,7 +194,7 @@ BROKEN |= {
         "            self.belt.position += 0.01 * push\n"[4:],
         "        pass\n",
         "class-parts",
-        "'belt' stays the same",
+        "'belt' does not change when",
     ),
     "part goes the wrong way": (
         "self.belt.position += 0.01 * push",
@@ -214,13 +214,13 @@ BROKEN |= {
         "self.belt.position += 0.01 * push",
         "self.belt.position += 0.01 * push if self.seen < 40 else 0.0",
         "class-parts",
-        "'belt' stays the same",
+        "'belt' does not change when",
     ),
     "raises when it is pushed": (
         "        push = max",
         "        if 0.1 < self.belt.effort < 1: raise OSError('over-current')\n        push = max",
         "class-parts",
-        "exchange() raises OSError: over-current while part 'belt' is pushed gently",
+        "exchange() raises OSError: over-current while part 'belt' is commanded to move slightly",
     ),
     "process per exchange": (
         SEEN,
@@ -267,8 +267,8 @@ def test_a_broken_class_is_rejected_with_its_cause(name: str, tmp_path: Path) ->
 
 
 ENDING = {
-    "exits at once": ("        os._exit(3)\n", "it ended its process with status 3"),
-    "aborts": ("        os.abort()\n", "it ended its process with status -6"),
+    "exits at once": ("        os._exit(3)\n", "its process exited with status 3"),
+    "aborts": ("        os.abort()\n", "its process exited with status -6"),
     "waits for ever": ("        threading.Event().wait()\n", "it did not return within 15 s"),
 }
 

@@ -195,7 +195,7 @@ def test_an_eds_file_that_another_program_wrote_names_the_objects(bus: fake.CanO
     assert line.services.read_object(axis="x", object="position")["number"] == 1000
     line.services.write_object(axis="x", object="Target Torque", value=-3)
     assert line.services.read_object(axis="x", object="target torque")["number"] == -3
-    with pytest.raises(gpac.Error, match="names no object 'positon'"):
+    with pytest.raises(gpac.Error, match="contains no object 'positon'"):
         line.services.read_object(axis="x", object="positon")
 
 

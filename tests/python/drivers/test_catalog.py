@@ -53,7 +53,7 @@ def test_a_plant_that_runs_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_a_driver_that_cannot_look_says_so() -> None:
-    with pytest.raises(gpac.CallError, match="driver 'loopback' cannot look for devices"):
+    with pytest.raises(gpac.CallError, match="driver 'loopback' cannot search for devices"):
         gpac.drivers.scan("loopback")
     with pytest.raises(gpac.UnknownName, match="did you mean 'loopback'"):
         gpac.drivers.scan("lopback")
@@ -78,7 +78,7 @@ def test_the_command_looks_for_devices(capsys: pytest.CaptureFixture[str]) -> No
     assert main(["devices", "scan", "plant_process", "--nme=x"]) == 1
     assert "did you mean 'name'" in capsys.readouterr().err
     assert main(["devices", "scan", "loopback"]) == 1
-    assert "cannot look for devices" in capsys.readouterr().err
+    assert "cannot search for devices" in capsys.readouterr().err
 
 
 def test_a_driver_that_fails_to_look_keeps_no_other_from_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -135,16 +135,16 @@ def test_the_driver_of_a_file_is_shown_and_looks(tmp_path: Path, capsys: pytest.
     shown = capsys.readouterr().out
     assert "conveyor: A conveyor" in shown and "place" in shown and "can search for devices: no" in shown
     assert [manual.kind for manual in gpac.drivers.manuals(conveyor)] == ["conveyor"]
-    with pytest.raises(gpac.CallError, match="driver 'conveyor' cannot look for devices"):
+    with pytest.raises(gpac.CallError, match="driver 'conveyor' cannot search for devices"):
         gpac.drivers.scan(gpac.drivers.load(conveyor)().kind)
     assert main(["devices", "scan", conveyor]) == 1
-    assert "driver 'conveyor' cannot look for devices" in capsys.readouterr().err
+    assert "driver 'conveyor' cannot search for devices" in capsys.readouterr().err
 
 
 def test_a_scan_in_python_that_fails_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(gpac.DeviceFailed, match="driver Lamps cannot look for devices: OSError: the line is cut"):
+    with pytest.raises(gpac.DeviceFailed, match="driver Lamps cannot search for devices: OSError: the line is cut"):
         gpac.drivers.scan(lamps(tmp_path, 'raise OSError("the line is cut")'))
-    with pytest.raises(gpac.DeviceFailed, match="the scan of driver Lamps returns invalid results: KeyError: 'options'"):
+    with pytest.raises(gpac.DeviceFailed, match=r"scan\(\) of driver Lamps returns invalid results: KeyError: 'options'"):
         gpac.drivers.scan(lamps(tmp_path, 'return [{"what": "a lamp"}]'))
     file = lamps(tmp_path, "return []")
     with pytest.raises(gpac.CallError, match="did you mean 'count'"):
@@ -152,7 +152,7 @@ def test_a_scan_in_python_that_fails_is_told(tmp_path: Path, capsys: pytest.Capt
     with pytest.raises(gpac.CallError, match="pass such a value: how many"):
         gpac.drivers.scan(file, count="many")
     without = str(Path(__file__).parent / "furnace.py")
-    with pytest.raises(gpac.CallError, match="driver 'Furnace' cannot look for devices"):
+    with pytest.raises(gpac.CallError, match="driver 'Furnace' cannot search for devices"):
         gpac.drivers.scan(without)
     assert main(["devices", "scan", "--on", "unix:///run/cell.sock", file]) == 1
     assert "can search only the host that has the file" in capsys.readouterr().err

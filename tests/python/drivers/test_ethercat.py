@@ -135,13 +135,14 @@ def test_an_esi_file_names_the_entries_of_a_terminal(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "wanted", "said"),
     [
-        (ESI, {}, r"terminal 'in': 'vendor.xml' describes several: EL1008, EL9999; specify type= or product="),
-        (ESI, {"type": "EL1009"}, r"describes no similar one: EL1008, EL9999"),
+        (ESI, {}, r"terminal 'in': 'vendor.xml' describes several subdevices: EL1008, EL9999; select one with type= or product="),
+        (ESI, {"type": "EL1009"}, r"does not describe it; its subdevices are EL1008, EL9999; select"),
         (ESI, {"type": "EL9999"}, r"lists no process data for 'EL9999'"),
-        (ESI, {"type": "EL1008", "revision": 7}, r"describes no similar one"),
+        (ESI, {"type": "EL1008", "revision": 7}, r"does not describe it"),
         (ESI.replace("#x6000", "#xGG"), {"type": "EL1008"}, r"'vendor.xml' has '#xGG' where a number is expected"),
         (ESI[:200], {}, r"'vendor.xml' is not an ESI file"),
         ("<robot/>", {}, r"is not an ESI file: it begins with <robot>"),
+        ("<EtherCATInfo>" + "<a>" * 1000 + "</a>" * 1000 + "</EtherCATInfo>", {}, r"nests its elements more than \d+ levels deep"),
         (ESI.replace("Input", "\x00"), {}, r"is not an ESI file"),
     ],
 )

@@ -89,10 +89,10 @@ def test_a_network_device_sends_although_a_client_does_not_read(monkeypatch: pyt
 
 
 def test_an_emulated_bus_that_hangs_is_told_and_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    bus = fake.canopen("x")
     monkeypatch.setattr(emulated, "ANSWER_S", 0.1)
     monkeypatch.setattr(emulated, "END_S", 0.1)
-    bus = fake.canopen("x")
     os.kill(bus._process.pid, signal.SIGSTOP)
-    with pytest.raises(gpac.DeviceFailed, match=r"did not answer within 0\.1 s; start another one"):
+    with pytest.raises(gpac.DeviceFailed, match=r"did not answer within 0\.1 s; start a new one"):
         bus.lose(1)
     assert bus._process.returncode == -signal.SIGKILL

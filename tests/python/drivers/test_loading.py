@@ -67,7 +67,7 @@ def test_a_folder_has_a_driver_for_each_file(tmp_path: Path) -> None:
         ('DRIVER(axis, "One axis.", optoin_number(gain, 1.0, "gain"))', "is not an item of a driver: use "),
         ("int x = ;", "expected expression"),
         ("", "it has no driver: declare one with DRIVER"),
-        ("__attribute__((constructor)) static void f(void) { __builtin_trap(); }", "crashed the process that tried it: SIG"),
+        ("__attribute__((constructor)) static void f(void) { __builtin_trap(); }", "crashed the process that tried to load it: SIG"),
     ],
 )
 def test_what_is_wrong_with_a_file_is_said(tmp_path: Path, text: str, words: str) -> None:
@@ -84,5 +84,5 @@ def test_a_file_that_is_none_is_refused(tmp_path: Path) -> None:
     with pytest.raises(gpac.ModuleError, match="has no driver"):
         gpac.drivers.load(tmp_path)
     (tmp_path / "axis.txt").write_text("")
-    with pytest.raises(gpac.ModuleError, match="is not a file of drivers"):
+    with pytest.raises(gpac.ModuleError, match="is not a driver file"):
         gpac.drivers.load(tmp_path / "axis.txt")

@@ -201,7 +201,7 @@ def test_what_cannot_be_declared_is_refused() -> None:
             @service
             def f(self) -> None: ...
 
-    with pytest.raises(gpac.DefinitionError, match="the type of argument 'x' of service 'f' cannot be sent"):
+    with pytest.raises(gpac.DefinitionError, match="argument 'x' of service 'f' has a type that cannot be sent"):
 
         class Untyped(Driver):
             @service

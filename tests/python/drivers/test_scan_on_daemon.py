@@ -42,7 +42,7 @@ def test_a_daemon_finds_what_hangs_on_its_host(url: str, capsys: pytest.CaptureF
 
 def test_what_a_daemon_refuses_is_told(url: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["devices", "scan", "--on", url, "loopback"]) == 1
-    assert "driver 'loopback'" in (told := capsys.readouterr().err) and "cannot look for devices" in told
+    assert "driver 'loopback'" in (told := capsys.readouterr().err) and "cannot search for devices" in told
     assert main(["devices", "scan", "--on", url, "dynamixel", "--port", "/dev/none", "--baud", "57600"]) == 1
     assert "driver 'dynamixel' did not carry out a search: /dev/none at 57600 baud" in capsys.readouterr().err
     assert main(["devices", "scan", "--on", "unix:///nowhere/cell.sock", "dynamixel"]) == 1

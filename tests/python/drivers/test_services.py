@@ -142,5 +142,5 @@ def test_a_device_without_services_says_so() -> None:
         )
         assert repr(io.services) == "services of io: none"
         assert io.counters == {}
-        with pytest.raises(gpac.UnknownName, match="choose another device: its driver declares no services"):
+        with pytest.raises(gpac.UnknownName, match="use a device whose driver declares services"):
             io.services.home()

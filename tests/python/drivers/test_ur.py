@@ -201,7 +201,7 @@ def test_without_commands_its_own_program_stops_it(arm: gpac.robots.Arm, robot: 
     before = robot.position
     robot.do(lambda: [robot.cycle() for _ in range(40)])
     assert robot.position == before
-    assert "no setpoint came" in lost(arm)
+    assert "no setpoint arrived" in lost(arm)
 
 
 def test_force_and_digital_signals_are_channels(arm: gpac.robots.Arm, robot: gpac.drivers.fake.ur) -> None:

@@ -195,7 +195,7 @@ def test_where_nothing_waits_a_process_is_started_and_that_is_said(built: dict[s
         taken = cell.take_over()
         assert taken.adopted == () and str(taken) == "processor 'rtp1': its process was started for this system"
         assert [entry["text"] for entry in cell.log() if entry["about"] == "rtp1"] == [
-            "none of its processes waits for a new supervisor: one is started"
+            "none of its processes waits for a new supervisor: a new process is started"
         ]
 
 

@@ -99,13 +99,13 @@ def test_the_message_names_the_block_that_ran(afar: Afar) -> None:
     before = processor_time_s(process)
     until(lambda: processor_time_s(process) > before + 0.5, "it is in the invocation that does not return")
     afar.end()
-    with pytest.raises(gpac.Terminated, match=r"(SIGKILL|stood still).*block 'bad'") as caught:
+    with pytest.raises(gpac.Terminated, match=r"(SIGKILL|hung).*block 'bad'") as caught:
         instance.wait()
     assert caught.value.condition == "processor_lost"
 
 
 def test_a_process_whose_timer_does_not_fire_is_ended_and_the_message_says_which_timer(afar: Afar) -> None:
-    why = r"stood still for 0\.5 s.*: timer 'rtp1\.fast' no longer fired; it was running block 'bad'"
+    why = r"hung for 0\.5 s.*: timer 'rtp1\.fast' no longer fired; it was running block 'bad'"
     with pytest.raises(gpac.Terminated, match=why) as caught:
         afar.failing("endings.stays", budget="1000 s").on(afar.there)(afar.cell.svv("y"), time_limit="60 s")
     assert caught.value.condition == "processor_lost"

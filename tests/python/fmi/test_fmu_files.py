@@ -43,15 +43,19 @@ def test_a_device_has_channels_of_integers(tmp_path: Path, version: int) -> None
 DAMAGES: dict[str, tuple[str, str, str]] = {
     "a reference": ('valueReference="1"', 'valueReference="one"', "valueReference of ScalarVariable 'u' is 'one'"),
     "a negative reference": ('valueReference="1"', 'valueReference="-1"', "valueReference of ScalarVariable 'u' is '-1'"),
-    "a start": ('<Real start="2"', '<Real start="two"', "the start of variable 'k' of 'x.fmu' is not valid: 'two'"),
-    "an infinite start": ('<Real start="2"', '<Real start="INF"', "the start of variable 'k' of 'x.fmu' is not valid: 'INF'"),
-    "a start of integers": ('<Integer start="0"', '<Integer start="0.5"', "the start of variable 'mode' of 'x.fmu' is not valid: '0.5'"),
+    "a start": ('<Real start="2"', '<Real start="two"', "the start value of variable 'k' of 'x.fmu' is not valid: 'two'"),
+    "an infinite start": ('<Real start="2"', '<Real start="INF"', "the start value of variable 'k' of 'x.fmu' is not valid: 'INF'"),
+    "a start of integers": (
+        '<Integer start="0"',
+        '<Integer start="0.5"',
+        "the start value of variable 'mode' of 'x.fmu' is not valid: '0.5'",
+    ),
     "a start that is too large": (
         '<Integer start="0"',
         '<Integer start="4294967296"',
         "variable 'mode' of 'x.fmu' is not valid: '4294967296'",
     ),
-    "a truth value": ('<Boolean start="false"', '<Boolean start="no"', "the start of variable 'hold' of 'x.fmu' is not valid: 'no'"),
+    "a truth value": ('<Boolean start="false"', '<Boolean start="no"', "the start value of variable 'hold' of 'x.fmu' is not valid: 'no'"),
     "a step": ('<DefaultExperiment startTime="0"/>', '<DefaultExperiment stepSize="fast"/>', "stepSize of DefaultExperiment is 'fast'"),
     "an endless step": ('<DefaultExperiment startTime="0"/>', '<DefaultExperiment stepSize="INF"/>', "DefaultExperiment is 'INF'"),
     "a unit's power": ('kg="1" m="2"', 'kg="one" m="2"', ""),

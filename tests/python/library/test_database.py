@@ -244,7 +244,7 @@ def test_adding_again_takes_the_edited_file(database: Catalogue, tmp_path: Path)
 def test_add_refuses_and_adds_nothing(database: Catalogue, tmp_path: Path) -> None:
     mine = tmp_path / "mine.c"
     mine.write_text(TRIPLE.format(name="lowpass", factor=4))
-    both = r"'lowpass' names both a block of mine .*mine\.c.* and a block of library; rename your own"
+    both = r"'lowpass' names both a block of mine .*mine\.c.* and a block of library; rename your block"
     with pytest.raises(gpac.DefinitionError, match=both):
         lib.add(mine)
     assert lib.lowpass.name == "library.lowpass" and "mine.lowpass" not in [c.name for c in lib.list()]

@@ -147,9 +147,9 @@ def test_poses_on_a_line_are_gone_straight(arm: gpac.robots.Arm) -> None:
 @pytest.mark.parametrize(
     ("via", "goal", "given", "condition", "words"),
     [
-        ((0, 0, 0), (0.1, 0, 0), {}, "no_arc", "'via' is the present pose of the tool"),
+        ((0, 0, 0), (0.1, 0, 0), {}, "no_arc", "'via' is the current pose of the tool"),
         ((0.1, 0, 0), (0.1, 0, 0), {}, "no_arc", "'via' is the goal"),
-        ((0.05, 0.05, 0), (0, 0, 0), {"angle": "360 deg"}, "no_arc", "pass another pose on it as the goal"),
+        ((0.05, 0.05, 0), (0, 0, 0), {"angle": "360 deg"}, "no_arc", "pass another pose on the circle as the goal"),
         ((0.2, 0, 0), (0.1, 0, 0), {}, "no_arc", "'via' is not between the other two"),
         ((-0.05, 1e-4, 0), (0.1, 0, 0), {}, "no_arc", "'via' is not between the other two"),
         ((0.05, 0, 0), (0.1, 0, 0), {"angle": 1.0}, "no_arc", "a straight line, which has no angle"),

@@ -118,7 +118,7 @@ def test_out_of_reach_and_out_of_range_are_told_apart(arm: gpac.robots.Arm) -> N
     with pytest.raises(gpac.Unreachable, match=r"out of reach: the nearest solution is 2.* m away"):
         arm.inverse(gpac.Pose((3, 0, 0.3)), near=np.zeros(6))
     folded = arm.forward([0, -1, 2.0, 0, -1, 0])
-    with pytest.raises(gpac.Unreachable, match="out of the range of joint 'elbow'"):
+    with pytest.raises(gpac.Unreachable, match="cannot be reached within the range of joint 'elbow'"):
         arm.kinematics.inverse(folded, [0, -1, 1.0, 0, -1, 0], position_min=[-6, -6, 0, -6, -6, -6], position_max=[6, 6, 1.5, 6, 6, 6])
 
 
@@ -141,7 +141,7 @@ def test_the_arm_knows_where_its_tool_is(arm: gpac.robots.Arm) -> None:
         # The tool points down at home.
         assert np.allclose(arm.pose().position, home.position - (0, 0, 0.1), atol=1e-6)
         assert arm.jacobian().shape == (6, 6)
-    with pytest.raises(gpac.CallError, match="6 joints need one position each, not 5"):
+    with pytest.raises(gpac.CallError, match="the chain needs 6 joint positions, not 5"):
         arm.forward([0] * 5)
 
 

@@ -232,7 +232,7 @@ def test_points_of_the_wrong_form_are_refused_at_the_call(arm: gpac.robots.Arm, 
 
 def test_a_group_without_geometry_is_told_what_it_lacks(arm: gpac.robots.Arm) -> None:
     part = gpac.Group("part", *arm)
-    with pytest.raises(gpac.CallError, match=r"'chain' is missing, and group part.* has no 'chain' to replace it"):
+    with pytest.raises(gpac.CallError, match=r"'chain' is missing, and group part.* has no 'chain' to use instead"):
         move_linear(part, arm.pose())
     with pytest.raises(gpac.OutOfRange, match="'pose' has the quaternion 0, 0, 0, 0, whose length is 0; give one of length 1"):
         move_linear(arm, [0, 0, 0, 0, 0, 0, 0])

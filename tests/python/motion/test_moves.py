@@ -194,7 +194,9 @@ def test_a_requirement_names_a_member_and_a_refusal() -> None:
         needing({"arm.home_d": gpac.NotHomed})
     with pytest.raises(gpac.UnknownName, match=r"the range of the input parameter 'k' names 'arm.most'"):
         needing({}, within=(0, "arm.most"))
-    with pytest.raises(gpac.DefinitionError, match=r"a requirement raises must be a refusal of OpenGPAC, not .*ValueError.*pass one of "):
+    with pytest.raises(
+        gpac.DefinitionError, match=r"a requirement raises must be an exception class of OpenGPAC, not .*ValueError.*pass one of "
+    ):
         needing({"arm.homed": gpac.required(ValueError)})  # type: ignore[arg-type]
     with pytest.raises(gpac.DefinitionError, match=r"requirement 'arm.homed' must be an exception class or gpac.required\(...\), not 5"):
         needing({"arm.homed": 5})

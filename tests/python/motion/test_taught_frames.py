@@ -45,9 +45,9 @@ def test_a_frame_is_found_from_three_of_its_points(
 def test_places_that_tell_no_frame_are_refused() -> None:
     assert gpac.Frame.by_points((0, 0, 0), ("100 mm", 0, 0), (0, "1 cm", 0)) == gpac.Frame()
     for given_places, words in [
-        (((0, 0, 0), (0, 0, 5e-4), (0, 1, 0)), "the point on x is too near to the origin: 0.0005 m"),
-        (((0, 0, 0), (1, 0, 0), (2, 0, 0)), "the point in xy is too near to the x axis: 0 m"),
-        (((0, 0, 0), (1, 0, 0), (-1, 5e-4, 0)), "the point in xy is too near to the x axis: 0.0005 m"),
+        (((0, 0, 0), (0, 0, 5e-4), (0, 1, 0)), "the point on the x axis is too close to the origin: 0.0005 m"),
+        (((0, 0, 0), (1, 0, 0), (2, 0, 0)), "the point in the xy plane is too close to the x axis: 0 m"),
+        (((0, 0, 0), (1, 0, 0), (-1, 5e-4, 0)), "the point in the xy plane is too close to the x axis: 0.0005 m"),
         (((0, 0), (1, 0, 0), (0, 1, 0)), "must have 3 numbers, not 2"),
         (((0, 0, math.nan), (1, 0, 0), (0, 1, 0)), "must be a finite number, not nan"),
     ]:
@@ -87,14 +87,16 @@ def test_errors_of_the_touches_are_told_and_bounded(arm: gpac.robots.Arm) -> Non
     assert found.frame.distance(TOOL) < 3 * 2e-4 / found.spread
     wrong = touches(arm, 0.4, 6)
     wrong[2] = wrong[2] + np.array([0.05, 0, 0, 0, 0, 0])
-    with pytest.raises(gpac.ValueRefused, match=r"the tip at position 2 \(counted from 0\) is .* m from the common one, more than 0.002 m"):
+    with pytest.raises(
+        gpac.ValueRefused, match=r"the tip at position 2 \(counted from 0\) is .* m from the common point, more than 0.002 m"
+    ):
         tool_by_touching(arm, wrong)
 
 
 def test_places_that_tell_no_tool_are_refused(arm: gpac.robots.Arm) -> None:
     with pytest.raises(gpac.CallError, match="3 positions are too few; pass 4 or more"):
         tool_by_touching(arm, touches(arm, 0.4)[:3])
-    with pytest.raises(gpac.ValueRefused, match="too similar orientations of the tool"):
+    with pytest.raises(gpac.ValueRefused, match="the orientations of the tool at the 4 positions are too similar"):
         tool_by_touching(arm, touches(arm, 0.02))
     # All turns are about one axis: the displacement along that axis cannot be observed.
     about_one = [[*arm.values("sensed")[:5], angle] for angle in (0.0, 1.0, 2.0, 3.0)]

@@ -68,12 +68,12 @@ def _entry(key: str, value: str) -> Callable[[onnx.TensorProto], None]:
 @pytest.mark.parametrize(
     ("key", "value", "words"),
     [
-        ("location", "gone.data", "its values are in 'gone.data', which cannot be read beside the network"),
-        ("location", "../whole.onnx", "'../whole.onnx', which is not below the folder of the network"),
-        ("location", "/etc/passwd", "'/etc/passwd', which is not below the folder of the network"),
+        ("location", "gone.data", "its values are in 'gone.data', which cannot be read in the folder of the network"),
+        ("location", "../whole.onnx", "'../whole.onnx', which is outside the folder of the network"),
+        ("location", "/etc/passwd", "'/etc/passwd', which is outside the folder of the network"),
         ("offset", "99999999", "its values end at byte 100001535 of 'net.onnx.data'"),
         ("length", "many", "its length 'many' is not a number"),
-        ("length", "3", "its shape [32, 12] needs 384 values, but the file has another number"),
+        ("length", "3", "its shape [32, 12] needs 384 values, but the file has a different number"),
     ],
 )
 def test_a_second_file_that_does_not_fit_is_refused_with_the_name_of_the_first(tmp_path: Path, key: str, value: str, words: str) -> None:
@@ -225,7 +225,7 @@ def test_every_name_of_an_input_is_a_port_of_some_name(tmp_path: Path, names: tu
     policy = gpac.policy(file)
     given, made = (next(iter(side)) for side in (policy.inputs, policy.outputs))
     assert getattr(policy.run(**{given: [[-1.0, 2.0]]}), made).tolist() == [[0.0, 2.0]]
-    with pytest.raises(gpac.errors.ModuleError, match="'int' is a word of C or of OpenGPAC: give the port or block another name"):
+    with pytest.raises(gpac.errors.ModuleError, match="'int' is a reserved word of C or OpenGPAC: give the port or block another name"):
         gpac.policy(file, {names[0]: Term("int", size=2)})
 
 

@@ -176,7 +176,7 @@ NETWORKS = {
     "opset": ({"opset": 3}, "it uses opset 3, but only 7 to"),
     "missing value": (
         {"nodes": [helper.make_node("Relu", ["ghost"], ["actions"], name="odd")]},
-        "node 'odd' .* reads 'ghost', which no node before",
+        "node 'odd' .* reads 'ghost', which no earlier node",
     ),
     "missing output": ({"outputs": {"other": [1, 4]}}, "no node produces its output 'other'"),
     "shapes": (

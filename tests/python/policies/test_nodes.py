@@ -40,8 +40,8 @@ ROUNDED = {"test_averagepool_2d_ceil_last_window_starts_on_pad"}
 """Tests whose values are written with four digits."""
 
 REFUSED = {
-    "bidirectional": "its direction is not forward: the others need values from the future",
-    "reverse": "its direction is not forward: the others need values from the future",
+    "bidirectional": "its direction is not forward: the other directions need future values",
+    "reverse": "its direction is not forward: the other directions need future values",
     "peepholes": "it has sequence_lens: export the network with sequences of fixed length",
     "training": "for training: export the network for inference",
     "dropout_default_mask": "for training: export the network for inference",

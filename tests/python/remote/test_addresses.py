@@ -26,7 +26,7 @@ def test_the_three_forms() -> None:
 @pytest.mark.parametrize(
     ("url", "says"),
     [
-        ("ftp://cell:21", "a system cannot be reached by 'ftp://'"),
+        ("ftp://cell:21", "is not the URL of a system: its scheme cannot be 'ftp'"),
         ("htps://cell:8777", "did you mean 'https'"),
         ("cell", "write unix:///path.sock"),
         (7, "must be a string, not 7"),

@@ -73,7 +73,7 @@ def test_a_request_ends_when_its_time_has_passed_and_when_command_comes_free(
     two: tuple[Session, Session], aside: Callable[..., Future[None]]
 ) -> None:
     first, second = two
-    with pytest.raises(gpac.NotCommanding, match="nobody answered the request for command within 1 s: session 'first'"):
+    with pytest.raises(gpac.NotCommanding, match="no one answered the request for command within 1 s: session 'first'"):
         second.request_command(timeout="1 s")
     answered = aside(lambda: second.request_command())
     asking(first)

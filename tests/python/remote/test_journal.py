@@ -109,7 +109,7 @@ def test_where_the_disk_is_full_it_says_so_and_knows_it_later(start: Callable[..
         room(journal.stat().st_size + 10)
         with pytest.raises(gpac.AuditFailed, match=r"cannot be written.*the call was carried out, but is lost if the daemon dies"):
             cell.svv("first", "double")
-        with pytest.raises(gpac.AuditFailed, match=r"cannot be written.*nothing was done; make room for it"):
+        with pytest.raises(gpac.AuditFailed, match=r"cannot be written.*nothing was done; free up disk space"):
             cell.svv("second", "double")
         axis.kp = 45.0
         axis.disable()

@@ -119,10 +119,12 @@ def test_a_solver_whose_c_hides_its_failures_is_refused() -> None:
     problem = {"x": x, "p": p, "f": ca.sumsqr(x - p), "g": ca.sum1(x)}
     solver = ca.nlpsol("careful", "feasiblesqpmethod", problem, SQP)
     function = ca.Function("solved", [p], [solver(x0=0, p=p)["x"]], ["p"], ["x"])
-    with pytest.raises(gpac.errors.DefinitionError, match="the C of Feasiblesqpmethod 'careful' does not say whether it found a solution"):
+    with pytest.raises(
+        gpac.errors.DefinitionError, match="the C code of Feasiblesqpmethod 'careful' does not report whether it found a solution"
+    ):
         gpac.casadi(function)
 
 
 def test_an_unknown_form_of_a_solver_is_refused() -> None:
-    with pytest.raises(gpac.errors.DefinitionError, match="this CasADi writes Sqpmethod 'nlp' in an unknown form"):
+    with pytest.raises(gpac.errors.DefinitionError, match="this version of CasADi generates unrecognised C code for Sqpmethod 'nlp'"):
         reporting("/* nlp:(x0)->(x) */\nstatic int f(void) { return 0; }\n", _nlp().function, "law")

@@ -38,7 +38,7 @@ crate::calls! {
             may who: Option<String>,
         ) -> (): commands(""), told, free, signed("who")
             => |system| system.shelve_alarm(&ShelvingRequest { number, reason, for_ns, who: who.unwrap_or_else(|| PROGRAM.to_owned()) });
-        /// Returns a shelved alarm to the list. Returns true if it was shelved.
+        /// Puts a shelved alarm back into the list. Returns true if it was shelved.
         Operate unshelve_alarm(
             must number: u64,
             /// Person or session that unshelves the alarm; set by the control interface to its caller.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Calls about the whole cell: emergency stop, pause, modes, forced signals.
+//! Calls that affect the whole cell: emergency stop, pause, modes, forced signals.
 use crate::calls::PROGRAM;
 use crate::effect::Effect;
 use crate::waits::paused as until_paused;
@@ -11,7 +11,7 @@ use supervisor::{ForcedSignal, Mode};
 crate::calls! {
     /// Calls that affect the whole cell.
     pub(super) const CELL about "cell" = [
-        /// Stops everything that moves, until `reset` is called.
+        /// Stops everything that moves. The stop is latched until `reset` is called.
         Operate emergency_stop(must reason: String) -> (): commands("reason"), told_of_system, outcome_journalled, stops_all, free
             => |system| system.emergency_stop(&reason);
         /// Makes a channel of a device trip the emergency stop.
@@ -48,25 +48,25 @@ crate::calls! {
         Configure enabling_switch(must device: String, must channel: String) -> ():
             commands("device"), replaces(&[]), goes_with("delete_physical_device", "device"), watches
             => |system| system.enabling_switch(&device, &channel);
-        /// Forces a signal, given by its logical device: an input has this value instead of its reading, an output instead of its command.
-        /// The force ends with the session that set it, when the device is disabled or lost, and at an emergency stop; an alarm is active
-        /// until then. Returns the number of the force.
+        /// Forces a signal, identified by its logical device: an input has this value instead of its reading, an output instead of its
+        /// command. The force ends with the session that set it, when the device is disabled or lost, and at an emergency stop; an alarm
+        /// is active until then. Returns the number of the force.
         Configure force(
             must name: String,
             /// Value in the unit of the signal's channel.
             must value: Value,
-            /// Person or session that forces; set by the control interface to its caller.
+            /// Person or session that forces the signal; set by the control interface to its caller.
             may who: Option<String>,
         ) -> u64: commands("name"), told, moves, unjournalled, signed("who"), effect(Effect::ForcesSignal)
             => |system| system.force(&name, &value, who.as_deref().unwrap_or(PROGRAM));
         /// Ends the forcing of one signal, or of all. Returns the signals that were forced.
         Operate unforce(
             may name: Option<String>,
-            /// Person or session that releases; set by the control interface to its caller.
+            /// Person or session that releases the signal; set by the control interface to its caller.
             may who: Option<String>,
         ) -> Vec<String>: commands("name"), told, moves, signed("who")
             => |system| system.unforce(name.as_deref(), who.as_deref().unwrap_or(PROGRAM));
-        /// Returns the forced signals, by their logical devices.
+        /// Returns the forced signals, by logical device.
         Observe forced() -> IndexMap<String, ForcedSignal>
             => |system| crate::sure(system.forced());
     ];

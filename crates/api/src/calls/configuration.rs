@@ -19,7 +19,7 @@ crate::calls! {
             must name: String,
             /// CPU core to which the processor is bound.
             may core: Option<usize>,
-            /// true if the supervisor runs on the processor; by default it runs on the first one.
+            /// True if the supervisor runs on the processor; by default it runs on the first one.
             may supervisor: bool,
             /// True for its own process, or the name of a shared process.
             may process: InProcess,
@@ -136,7 +136,7 @@ crate::calls! {
         Configure raises(must device: String, must channel: String, must source: String, may place: Option<SourceLocation>) -> ():
             commands("device"), goes_with("delete_physical_device", "device")
             => |system| system.raise(&device, &channel, &source, place);
-        /// Sets the sources for blocks that are not placed otherwise: source by label pattern.
+        /// Sets the placement of blocks that are not placed otherwise: label pattern → source.
         Configure place(whole placement: IndexMap<String, String>) -> (): commands("")
             => |system| system.place(placement);
     ];

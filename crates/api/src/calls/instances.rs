@@ -80,7 +80,7 @@ crate::calls! {
                 let waited = system.wait(instance, until_ns, slice)?;
                 Ok(lasting(waited, None, "wait", || json!({ "instance": instance, "until_ns": until_ns })))
             };
-        /// Suspends an instance after its running step is complete.
+        /// Suspends an instance after its current step is complete.
         Operate suspend(must instance: u64) -> (): commands("instance"), told, outcome_journalled, stops, free
             => |system| system.suspend(instance);
         /// Resumes a suspended instance.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Calls for recordings on disk: their list, their state at a time, their data over a span.
+//! Calls for recordings on disk: they list the recordings, and return the state at a given time or the data over a span.
 use crate::values::Reading;
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -36,7 +36,7 @@ struct Messages {
     next: Option<usize>,
 }
 
-/// Channels over a span.
+/// Data of several channels over a span.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RecordedSpan")]
 struct Span {
@@ -46,7 +46,7 @@ struct Span {
     next: Option<usize>,
 }
 
-/// One channel over a span.
+/// Data of one channel over a span.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RecordedTrace")]
 struct Trace {
@@ -71,7 +71,7 @@ crate::calls! {
         /// description covers the part that is on disk.
         Observe recorded(must path: PathBuf) -> RecordingContents: costs, record_path("path")
             => |_system| opened(&path)?.about();
-        /// Returns the state of a recording at a time.
+        /// Returns the state of a recording at a given time.
         Observe recorded_at(
             must path: PathBuf,
             /// Time on the system's clock.
@@ -84,7 +84,7 @@ crate::calls! {
             may known: HashMap<String, i64>,
         ) -> At: costs, record_path("path")
             => |_system| at(&path, time_ns, names, topics, &known);
-        /// Returns messages of a channel without values, such as `/log` or `/ends`.
+        /// Returns messages of a channel that carries no values, such as `/log` or `/ends`.
         Observe recorded_messages(
             must path: PathBuf,
             must topic: String,
@@ -104,7 +104,7 @@ crate::calls! {
             may since: usize,
         ) -> Span: costs, record_path("path")
             => |_system| span(&path, &names, (from_ns, to_ns), columns, since);
-        /// Returns the time of the next (or previous) firing in a recording that stored a value; null if there is none.
+        /// Returns the time, in a recording, of the next (or previous) firing that stored a value; null if there is none.
         Observe recorded_firing(
             must path: PathBuf,
             must time_ns: i64,

@@ -14,7 +14,7 @@ use supervisor::System;
 /// Maximum time for which one call waits for a recording to end; a slow disk may take longer.
 const END_MAX: Duration = Duration::from_millis(500);
 
-/// A started recording.
+/// Answer to the call that starts a recording.
 #[derive(Serialize, JsonSchema)]
 #[schemars(rename = "RecordingBegun")]
 struct StartedRecording {
@@ -22,7 +22,7 @@ struct StartedRecording {
     recording: u64,
 }
 
-/// A replay that was started.
+/// Answer to the call that starts a replay.
 #[derive(Serialize, JsonSchema)]
 struct ReplayBegun {
     /// Number of the replay.
@@ -63,8 +63,8 @@ crate::calls! {
         Configure stop_recording(must recording: u64) -> Summary: outcome_journalled, effect(Effect::EndsRecording)
             => |system, slice| sure(of(system, recording)?.stop_within(slice.min(END_MAX)));
         /// Starts to replay a recording in a separate process, without affecting the system, and compares every value. Returns the number
-        /// of the replay. Code modules in the recording run only if their SHA-256 digests are those of modules that the system has loaded
-        /// at some time, or are in `trust`.
+        /// of the replay. Code modules in the recording run only if their SHA-256 digests match modules that the system has loaded at
+        /// some time, or are in `trust`.
         Configure replay(
             must path: PathBuf,
             /// Digests of code modules that may run. Over the control interface, they are set by the daemon and must be omitted.

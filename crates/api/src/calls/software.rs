@@ -13,7 +13,7 @@ use supervisor::{FusedBlocks, ModuleAbout, SvvRequest};
 /// Default interpreter for testing a code module in a separate process, used if there is no `opengpac-probe` next to the program.
 const PYTHON: &str = "python3";
 
-/// Reason why two ports cannot be wired; if only one port is passed, a list with the reason for each other port.
+/// Reason why two ports cannot be wired together; if only one port is passed, a list with the reason for every other port.
 #[derive(Serialize, JsonSchema)]
 #[serde(untagged)]
 enum PortVerdicts {
@@ -39,15 +39,15 @@ crate::calls! {
         /// Checks a data flow graph, and refuses it if it has mistakes. Does not define it.
         Observe check_graph(whole graph: Graph) -> (): costs
             => |system| system.check_graph(&graph);
-        /// Returns all mistakes of a graph or a verb, each with "where". Does not define it.
+        /// Returns all mistakes of a graph or a verb, each with its location in "where". Does not define it.
         Observe check_definition(whole drawing: Drawing) -> Vec<Refusal>: costs
             => |system| system.check_definition(&drawing);
-        /// Returns all mistakes of a graph or a verb, as `check_definition` does, and everything that an installation would refuse for
-        /// any arguments: constants, defaults, members of objects, second writers in a list. Does not define it.
+        /// Returns all mistakes of a graph or a verb, as `check_definition` does, and everything that an installation would refuse
+        /// regardless of the arguments: constants, defaults, members of objects, second writers in a list. Does not define it.
         Observe check_drawing(whole drawing: Drawing) -> Vec<Refusal>: costs
             => |system| system.check_drawing(&drawing);
-        /// Returns the reason why two ports of a graph or a verb cannot be wired, or null if they can; without `to`, returns the reason
-        /// for each other port.
+        /// Returns the reason why two ports of a graph or a verb cannot be wired together, or null if they can; without `to`, returns the
+        /// reason for every other port.
         Observe compatible(
             must from: PortName,
             may to: Option<PortName>,

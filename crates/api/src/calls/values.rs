@@ -30,7 +30,7 @@ crate::calls! {
             may raw: bool,
         ) -> Vec<Reading>: costs, rated
             => |system| past(system, &name, count, raw);
-        /// Returns the properties of an SVV, a private cell or a channel: its type, unit, history, writers.
+        /// Returns the properties of an SVV, a private cell or a channel: its type, unit, history and writers.
         Observe svv_about(must name: String) -> SvvAbout
             => |system| system.svv_about(&name);
         /// Returns the time on the system's clock, ns.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Python methods of the calls, the same for a system in this process and for a remote one.
+//! Python methods for the calls. They are the same for a system in this process and for a remote one.
 use super::{ordered, wrapped};
 use crate::Call;
 use schemars::SchemaGenerator;

@@ -13,7 +13,7 @@ pub struct Axis {
     pub mode: Mode,
     brake: Option<BrakeOptions>,
     told: DriveCommand,
-    /// Error code of the drive, and the error code of its latest emergency message.
+    /// Error code of the drive; `emergency` is the error code of its latest emergency message.
     error: u16,
     emergency: u16,
 }
@@ -44,7 +44,7 @@ impl Axis {
         !pdo::is_optional(word)
     }
 
-    /// Processes process data from the drive.
+    /// Handles process data from the drive.
     pub fn take(&mut self, pdo: &Pdo, bytes: &[u8]) {
         let number = |of| pdo::number(bytes, pdo, of);
         let mut measured = self.moved.measured;
@@ -77,7 +77,7 @@ impl Axis {
         self.told = self.moved.tell(commands, is_engaged, span_s);
     }
 
-    /// Sets the idle command, which is used while nothing is commanded.
+    /// Switches to the idle command.
     pub fn tell_idle(&mut self) {
         self.told = self.moved.commander.tell_idle();
     }
@@ -87,7 +87,7 @@ impl Axis {
         self.in_words(&self.told, word)
     }
 
-    /// Returns the value of an object that another process sends on behalf of this one after it has exited.
+    /// Returns the value of an object that another process sends on behalf of this process after it has exited.
     pub fn last_carried(&self, word: Word) -> u32 {
         self.in_words(&self.moved.commander.last_words(), word)
     }

@@ -58,7 +58,7 @@ pub fn identify(client: &mut Client, station: &Station) -> Result<Identity, Stri
     Ok(Identity { vendor: number(1)?, product: number(2)?, revision: number(3)?, serial: number(4)?, alias: 0 })
 }
 
-/// Configures a node. It is pre-operational meanwhile, and does not move anything.
+/// Configures a node. During configuration, the node is pre-operational and does not move anything.
 ///
 /// # Errors
 /// Fails with a message if the node does not answer, has a different profile than expected, or lacks a required object.
@@ -148,7 +148,7 @@ impl NodeSetup<'_> {
         self.client.download(self.node, Entry { index, sub }, value).map_err(|why| self.wrong(index, sub, &why))
     }
 
-    /// Writes an object that a node may lack or implement differently; returns false if the node aborts the transfer.
+    /// Writes an object dictionary entry that a node may lack or implement differently; returns false if the node aborts the transfer.
     fn try_write(&mut self, index: u16, sub: u8, value: &[u8]) -> Result<bool, String> {
         match self.client.download(self.node, Entry { index, sub }, value) {
             Ok(()) => Ok(true),
@@ -161,7 +161,7 @@ impl NodeSetup<'_> {
     fn recognise(&mut self, station: &Station) -> Result<(), String> {
         let title = self.title.clone();
         let profile = self.read(0x1000, 0)? & 0xFFFF;
-        let (wanted, kind) = if station.mode().is_some() { (DRIVES, "drive by CiA 402") } else { (MODULES, "module by CiA 401") };
+        let (wanted, kind) = if station.mode().is_some() { (DRIVES, "CiA 402 drive") } else { (MODULES, "CiA 401 module") };
         if profile != wanted {
             return Err(format!("{title} is not a {kind}: its profile is {profile}"));
         }
@@ -179,7 +179,7 @@ impl NodeSetup<'_> {
         let Some(mode) = station.mode() else { return Ok(()) };
         match self.try_read(0x6502, 0)? {
             Some(modes) if modes >> (mode as u32 - 1) & 1 == 0 => {
-                Err(format!("{title} has no mode {} (cyclic synchronous {mode:?}); read object 0x6502 for the modes that it has", mode as u8))
+                Err(format!("{title} has no mode {} (cyclic synchronous {mode:?}); read object 0x6502 for the modes that it supports", mode as u8))
             }
             _ => Ok(()),
         }

@@ -30,7 +30,7 @@ pub static DRIVER: Declaration = Declaration {
     services: &SERVICES,
     counters: Count::WORDS,
     scan: Some(scan),
-    ..Declaration::new("canopen", "drives by CiA 402 on CANopen, one axis each, and modules by CiA 401", &OPTIONS, open)
+    ..Declaration::new("canopen", "CiA 402 drives on CANopen, one axis each, and CiA 401 modules", &OPTIONS, open)
 };
 
 /// Files that the driver reads: the electronic data sheets of axes and modules.

@@ -26,7 +26,7 @@ const TAKEN_MAX: usize = 1024;
 /// Time limits for nodes to send their first process data, and for one exchange outside the cycle.
 const TO_OPERATION: Duration = Duration::from_secs(5);
 const ANSWER: Duration = Duration::from_millis(100);
-/// Time limit for accessing an object of a node that may be busy with its non-volatile memory.
+/// Time limit for accessing an object dictionary entry of a node that may be busy with its non-volatile memory.
 pub const OBJECT: Duration = Duration::from_secs(1);
 
 pub struct CanOpen {
@@ -197,7 +197,7 @@ impl CanOpen {
         self.send(&nmt::sync());
     }
 
-    /// Sends their commands to all nodes.
+    /// Sends each node its commands.
     fn send_told(&mut self) {
         for index in 0..self.stations.len() {
             for frame in self.stations[index].frames().into_iter().flatten() {
@@ -253,7 +253,7 @@ impl Driver for CanOpen {
         let late = self.written_ns.is_some_and(|written| release_ns - written > self.terms.timeout_ns);
         if late && self.stations.iter().any(|station| station.is_watched) {
             return Err(DeviceError {
-                message: format!("its nodes stopped by themselves: no command came within their timeout of {} ms", self.terms.timeout_ns as f64 * 1e-6),
+                message: format!("its nodes stopped by themselves: no command arrived within their timeout of {} ms", self.terms.timeout_ns as f64 * 1e-6),
             });
         }
         if let Some(message) = self.lost(release_ns) {

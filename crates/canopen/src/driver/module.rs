@@ -117,7 +117,7 @@ impl Module {
         settings
     }
 
-    /// Processes process data from the module.
+    /// Handles process data from the module.
     pub fn take(&mut self, pdo: &Pdo, bytes: &[u8]) {
         for input in &mut self.inputs {
             if let Some(number) = pdo::number(bytes, pdo, input.wired.word) {

@@ -13,7 +13,7 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Default timeout.
+/// Default watchdog time of the nodes.
 const TIMEOUT_NS: i64 = 100_000_000;
 const CYCLE_NS: i64 = 10_000_000;
 pub const HEARTBEAT_NS: i64 = 100_000_000;

@@ -72,7 +72,7 @@ impl Reach for Nodes {
     }
 }
 
-/// Services of an open device: those of its axes, and those of the bus.
+/// Services of an open device, for its axes and for its bus.
 pub struct Beside {
     pub shared: ServiceState<Nodes>,
     /// Number of axis nodes; the other nodes are modules.

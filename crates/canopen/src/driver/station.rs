@@ -78,7 +78,7 @@ impl Station {
         (self.name.clone(), format!("{} (node {})", self.what(), self.node), scale)
     }
 
-    /// Resets the station: all of its process data are expected again, and nothing counts as received from it.
+    /// Resets the station: no data count as received from it, and all of its process data are expected again.
     pub fn expect(&mut self) {
         (self.inputs, self.outputs) = match &self.what {
             What::Axis(axis) => (pdo::inputs(), axis.outputs()),
@@ -168,7 +168,7 @@ impl Station {
         has(&self.outputs, pdo::MODE) && has(&self.inputs, pdo::MODE_SHOWN)
     }
 
-    /// Sets the idle command: an axis holds its position, a module outputs its safe values.
+    /// Switches to the idle command: an axis holds its position, a module outputs its safe values.
     pub fn tell_idle(&mut self) {
         match &mut self.what {
             What::Axis(axis) => axis.tell_idle(),
@@ -191,7 +191,7 @@ impl Station {
         })
     }
 
-    /// Returns the frames that another process sends on behalf of this one after it has exited.
+    /// Returns the frames that another process sends on behalf of this process after it has exited.
     pub fn last_frames(&self) -> [Option<Frame>; PDOS] {
         self.framed(|word| match &self.what {
             What::Axis(axis) => axis.last_carried(word),

@@ -10,7 +10,7 @@ use std::collections::VecDeque;
 pub struct Bus {
     nodes: Vec<Node>,
     said: VecDeque<[u8; FRAME_LEN]>,
-    /// Number of upcoming frames to lose, and to corrupt.
+    /// Number of upcoming frames to drop, and number to corrupt.
     lose: u64,
     spoil: u64,
     frames: u64,
@@ -62,7 +62,7 @@ impl Bus {
         }
     }
 
-    /// Loses the next frames sent by nodes.
+    /// Drops the next frames sent by nodes.
     pub fn lose(&mut self, frames: u64) {
         self.lose = frames;
     }
@@ -92,7 +92,7 @@ impl Bus {
         self.said.push_back(frame::report(frame::BUS_OFF, 0));
     }
 
-    /// Returns an object of a drive as a number; 0 if it does not exist.
+    /// Returns an object dictionary entry of a drive as a number; 0 if it does not exist.
     pub fn number(&mut self, node: u8, index: u16, sub: u8) -> i64 {
         self.find(node).map_or(0, |node| node.number(index, sub))
     }

@@ -129,7 +129,7 @@ impl Node {
         self.complain(out);
     }
 
-    /// Reports an error that has occurred or was cleared.
+    /// Sends an emergency message if an error has occurred or been cleared since the last call.
     fn complain(&mut self, out: &mut Out<'_>) {
         let error = self.machine.error(&self.objects);
         if error != std::mem::replace(&mut self.error, error) {

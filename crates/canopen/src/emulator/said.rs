@@ -16,7 +16,7 @@ pub struct NodeOptions {
     pub position: i32,
     /// True (the default) if the node monitors the heartbeat of its controller.
     pub watchdog: Option<bool>,
-    /// Positions of the limit switches of its machine, counts; if omitted, it has no limit switches.
+    /// Positions of the machine's limit switches, counts; if omitted, there are no switches.
     pub limits: Option<[f64; 2]>,
     /// Speed at which a load falls if neither the brake nor the motor holds it, counts/s; if omitted, there is neither load nor brake.
     pub falls: Option<f64>,

@@ -101,7 +101,7 @@ impl End {
 /// Buses of this process, by interface name.
 static BUSES: Mutex<Vec<(String, Weak<SharedBus>)>> = Mutex::new(Vec::new());
 
-/// Registers a bus under its interface name, `emulated:NAME`, as long as it has an owner.
+/// Registers a bus under its interface name, `emulated:NAME`. It stays registered as long as it has an owner.
 pub fn publish(name: &str, bus: &Arc<SharedBus>) {
     let mut buses = BUSES.lock().unwrap_or_else(PoisonError::into_inner);
     buses.retain(|(_, bus)| bus.strong_count() > 0);

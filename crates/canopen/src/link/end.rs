@@ -44,7 +44,7 @@ pub trait Link: Send {
         0
     }
 
-    /// Returns a descriptor to which another process can send frames, 16 bytes each; `None` if there is none. Allocates.
+    /// Returns a descriptor to which another process can send frames, 16 bytes each; `None` if the endpoint has none. Allocates.
     fn duplicate(&self) -> Option<OwnedFd> {
         None
     }

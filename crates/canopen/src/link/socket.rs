@@ -217,8 +217,8 @@ fn check(returned: i32) -> io::Result<i32> {
     if returned < 0 { Err(io::Error::last_os_error()) } else { Ok(returned) }
 }
 
-/// Returns the message that registers an endpoint and its identifiers with an emulated bus; its length differs from those of a frame and
-/// a time.
+/// Returns the message that registers an endpoint and its identifiers with an emulated bus. It is distinguished from a frame and from a
+/// time by its length.
 fn wish(heard: &[(u16, u16)]) -> Vec<u8> {
     let pairs = heard.iter().flat_map(|(id, mask)| [id.to_ne_bytes(), mask.to_ne_bytes()].concat());
     [0].into_iter().chain(pairs).collect()

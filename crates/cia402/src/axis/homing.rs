@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! The service `home`: its requests to the cycle, and waiting for the result.
+//! The service `home`: sends requests to the cycle, and waits for the result.
 use crate::commander::{Commander, Scale};
 use crate::homing::HomingState;
 use crate::objects::Entry;
@@ -64,8 +64,8 @@ impl HomingProgress {
     }
 }
 
-/// Requests of homing services to the axes. A service begins long before it makes its request: a safe state in between ends the service,
-/// and the cycle ignores any later request from it.
+/// Requests of homing services to the axes. A service begins long before it makes its request. If the device enters its safe state in
+/// between, the service ends, and the cycle ignores any later request from it.
 pub struct Homes {
     asked: Vec<AtomicU8>,
     /// Number of safe states entered before the requesting service began.
@@ -111,7 +111,7 @@ impl Homes {
         self.begun[axis].load(Ordering::Acquire) != self.rests.load(Ordering::Acquire)
     }
 
-    /// Returns the request to an axis. Real-time safe.
+    /// Returns the state of the homing request for an axis: the request itself, or its progress. Real-time safe.
     pub fn asked(&self, axis: usize) -> HomingProgress {
         HomingProgress::of(self.asked[axis].load(Ordering::Acquire))
     }
@@ -190,7 +190,7 @@ impl Homes {
     pub fn go(&self, axis: usize, ServiceStart(begun): ServiceStart, arguments: &Value) -> Result<Value, String> {
         let timeout_s = arguments["timeout_s"].as_f64().unwrap_or(TIMEOUT_S);
         if matches!(self.asked(axis), HomingProgress::Home | HomingProgress::GoingOn) {
-            return Err("it is already on its way home".to_owned());
+            return Err("it is already homing".to_owned());
         }
         self.begun[axis].store(begun, Ordering::Release);
         self.answer(axis, HomingProgress::Home);
@@ -208,7 +208,7 @@ impl Homes {
                 HomingProgress::Nothing | HomingProgress::Stop => return Err("homing was ended".to_owned()),
                 HomingProgress::Home | HomingProgress::GoingOn if Instant::now() > until => {
                     self.answer(axis, HomingProgress::Stop);
-                    return Err(format!("it was not home within {timeout_s} s, and was stopped"));
+                    return Err(format!("homing did not finish within {timeout_s} s, so the axis was stopped"));
                 }
                 HomingProgress::Home | HomingProgress::GoingOn => std::thread::sleep(LOOK),
             }

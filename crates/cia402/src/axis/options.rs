@@ -33,7 +33,7 @@ pub struct AxisOptions {
     pub product: Option<u32>,
     pub revision: Option<u32>,
     pub serial: Option<u32>,
-    /// Time limit for the drive to reach the state operation enabled after it was engaged, s.
+    /// Time limit for the drive to reach the Operation Enabled state after it was engaged, s.
     #[serde(default = "operating_within_s")]
     pub operating_within_s: f64,
 }

@@ -38,7 +38,7 @@ pub const WRITE_OBJECT: ServiceWord = ServiceWord {
 pub const RESET_FAULT: ServiceWord =
     ServiceWord { name: "reset_fault", doc: "resets the fault of a drive in the next cycle", arguments: &[AXIS], answer: None, moves: false };
 
-/// Returns true if a service checks for emergency stops itself: `write_object`, because a stop forbids writing only some objects.
+/// Returns true if a service checks for emergency stops itself. `write_object` does so, because a stop forbids writing only some objects.
 pub fn is_told_of_stops(service: &str) -> bool {
     service == WRITE_OBJECT.name
 }

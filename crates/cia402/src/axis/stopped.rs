@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Objects that must not be written while an emergency stop is latched: those that move a machine, and those that define a node's
-//! reaction to a stop.
+//! Object dictionary entries that must not be written while an emergency stop is latched: those that move a machine, and those that
+//! define a node's reaction to a stop.
 use crate::objects::Entry;
 
 /// Offset between the objects of consecutive drives in a multi-drive device.

@@ -61,7 +61,7 @@ impl Search {
         self.way == Way::Failed
     }
 
-    /// Resets homing while the drive is in another mode.
+    /// Resets homing. Called while the drive is in another mode.
     pub fn leave(&mut self) {
         (self.way, self.had_start) = (Way::Idle, false);
     }

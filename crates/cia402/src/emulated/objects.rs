@@ -2,7 +2,7 @@
 //! Object dictionary of an emulated drive.
 use crate::objects::Entry;
 
-/// Access to an object by the main device.
+/// Access of the main device to an object dictionary entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     Constant,

@@ -15,7 +15,7 @@ pub struct Server<B> {
 }
 
 impl<B: Send + 'static> Server<B> {
-    /// Runs `answer` for the bus on a new thread called `name`. Dropping the server tells `answer` to stop and joins the thread.
+    /// Runs `answer` for the bus on a new thread called `name`. Dropping the server signals `answer` to stop and joins the thread.
     pub fn start(name: &str, bus: B, answer: impl FnOnce(&Mutex<B>, &AtomicBool) + Send + 'static) -> io::Result<Server<B>> {
         let (bus, stop) = (Arc::new(Mutex::new(bus)), Arc::new(AtomicBool::new(false)));
         let (of, until) = (bus.clone(), stop.clone());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Requests that concern command: query, take, request and hand over.
+//! Requests about command: querying it, taking it, requesting it and handing it over.
 use crate::http::request::{Answer, BODY_TIME, ServiceState, apart, body};
 use crate::http::sessions::to_stop;
 use crate::presence::{needed, present};
@@ -20,7 +20,7 @@ use serde_json::{Value, json};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Returns the holder of command: the answer to every request that concerns it.
+/// Returns the holder of command. This is the answer to every request that concerns command.
 fn told(service: &Service) -> Json<Value> {
     Json(json!({ "result": service.sessions.command(now()) }))
 }
@@ -29,12 +29,12 @@ pub(super) async fn holder(State(service): ServiceState) -> Json<Value> {
     told(&service)
 }
 
-/// Description of a request that takes, requests or passes on command of the system: its name in the audit file and the log, the lane in
+/// Description of a request that takes, requests or hands over command of the system: its name in the audit file and the log, the lane in
 /// which it runs, and the session that its record names.
 struct About {
     name: &'static str,
     lane: Lane,
-    /// Returns the session that the record names, as opposed to the system.
+    /// Returns the name of the session that the record names; empty if the record concerns the system.
     of: fn(&Value) -> String,
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Common part of all requests: reads bodies within limits of size and time, and runs each request on a thread of its lane.
+//! Common part of all requests: reads bodies within size and time limits, and runs each request on a thread of its lane.
 use crate::refused::RefusedRequest;
 use axum::Json;
 use axum::body::{Body, Bytes, HttpBody};
@@ -28,7 +28,7 @@ pub(super) async fn body(body: Body, most: usize, time: Duration) -> Result<Byte
     tokio::time::timeout(time, collect(body, most)).await.map_err(late)?
 }
 
-/// Collects a body. The rest of an oversized body is also read, up to a limit, so that the sender receives the refusal.
+/// Collects a body. The remainder of an oversized body is also read, up to a limit, so that the sender receives the refusal.
 async fn collect(mut body: Body, most: usize) -> Result<Bytes, Failure> {
     let refused = || Failure::new(Class::LimitExceeded, format!("the body has more than {most} bytes, or was interrupted"), "send less at once");
     let (mut text, mut size) = (Vec::new(), 0);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Requests that concern sessions: which are present, and which end reports are pending.
+//! Requests that concern sessions: listing, opening, holding and closing them, and collecting pending end reports.
 use crate::http::request::{Answer, BODY_TIME, ServiceState, apart, body};
 use crate::presence::{SessionHold, needed, present};
 use api::Role;

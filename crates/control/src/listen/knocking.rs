@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tests panels that connect while hundreds of addresses flood the listener. Time is simulated, so the order of events is the same in
+//! Tests that panels can connect while hundreds of addresses flood the listener. Time is simulated, so the order of events is the same in
 //! every run.
 use super::*;
 use api::Role;
@@ -63,7 +63,8 @@ impl Door {
         client
     }
 
-    /// Floods from one address endlessly: each connection stays until it gives way or `stays` has elapsed, and is then replaced.
+    /// Floods the listener from one address endlessly: each connection stays open until it gives way or `stays` has elapsed, and is then
+    /// replaced.
     async fn knock(self, from: IpAddr, speaks: bool, stays: Duration) {
         loop {
             let mut stream = self.accept(from);
@@ -96,7 +97,7 @@ async fn ask(stream: &mut tokio_rustls::client::TlsStream<DuplexStream>) -> Stri
     String::from_utf8_lossy(&answer[..length]).into_owned()
 }
 
-/// Joins two streams by a line that delays every byte by `takes`.
+/// Connects two streams by a line that delays every byte by `takes`.
 fn join(one: DuplexStream, other: DuplexStream, takes: Duration) {
     let ((one_read, one_write), (other_read, other_write)) = (tokio::io::split(one), tokio::io::split(other));
     tokio::spawn(carry(one_read, other_write, takes));

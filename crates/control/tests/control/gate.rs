@@ -93,7 +93,7 @@ fn a_file_of_tokens_that_others_can_read_is_refused() {
     assert!(Tokens::open(&folder.file("none")).is_err());
     std::fs::write(&path, "{").expect("ours");
     std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o600)).expect("ours");
-    assert!(Tokens::open(&path).err().expect("refused").to_string().contains("not a file of tokens"));
+    assert!(Tokens::open(&path).err().expect("refused").to_string().contains("not a token file"));
 }
 
 #[test]

@@ -52,7 +52,7 @@ fn a_key_that_others_may_read_is_refused_as_a_file_of_tokens_is() {
             allow(&f.file("key.pem"), mode);
         };
         let said = refused(open_key);
-        assert!(said.contains("the key of TLS: others may read") && said.contains(&format!("(mode {mode:04o}): chmod 600 it")), "{said}");
+        assert!(said.contains("the TLS key: others may read") && said.contains(&format!("(mode {mode:04o}): chmod 600 it")), "{said}");
     }
 }
 

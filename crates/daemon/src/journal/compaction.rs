@@ -8,7 +8,7 @@ use std::collections::{HashMap, HashSet};
 /// Kind and name of a definition.
 type Key = (&'static str, String);
 
-/// Definition made by a line, if any, and all names that occur in the line.
+/// Definition that a line creates, if any, and all names that occur in the line.
 struct NamesOfLine {
     defines: Option<Key>,
     names: HashSet<String>,

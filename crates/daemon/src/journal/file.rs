@@ -50,7 +50,7 @@ pub fn lock(path: &Path) -> Result<(File, Option<Vec<u8>>), Unavailable> {
     }
 }
 
-/// Refuses a file or folder that another user of the machine can change, because anyone who can write the journal controls the next
+/// Refuses a file or folder that another user of the machine can change, because anyone who can write to the journal controls the next
 /// start.
 fn refuse_open(path: &Path) -> io::Result<()> {
     let about = match std::fs::metadata(path) {
@@ -59,7 +59,10 @@ fn refuse_open(path: &Path) -> io::Result<()> {
     };
     let mode = about.mode() & 0o777;
     if mode & 0o022 != 0 {
-        let message = format!("others may write '{}' (mode {mode:04o}), and so command the next start: check its content, then chmod go-w it", path.display());
+        let message = format!(
+            "others may write '{}' (mode {mode:04o}), and so determine what the next start does: check its content, then chmod go-w it",
+            path.display()
+        );
         return Err(io::Error::new(io::ErrorKind::PermissionDenied, message));
     }
     let own = rustix::process::geteuid().as_raw();
@@ -138,7 +141,7 @@ impl LogFile {
     }
 }
 
-/// Writes and syncs a new file next to the path and renames it: a reader sees either the old or the new file.
+/// Writes and syncs a new file next to the path and renames it, so that a reader sees either the old or the new file.
 fn write_whole<'a, T: Serialize + 'a>(path: &Path, head: &Head, lines: impl Iterator<Item = &'a T>) -> io::Result<(File, u64)> {
     let new = beside(path, "new");
     // Removes the remains of a daemon that died during this step.

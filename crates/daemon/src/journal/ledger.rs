@@ -55,7 +55,7 @@ impl Ledger {
         self.started(subject).is_some()
     }
 
-    /// Returns true if the subject has been started, has not ended, and is suspended.
+    /// Returns true if the subject was started, has not ended, and is suspended.
     pub fn is_suspended(&self, subject: &Subject) -> bool {
         self.kept.iter().any(|kept| matches!(&kept.line, Line::Became { of, state: State::Suspended } if of == subject))
     }
@@ -180,7 +180,7 @@ impl Ledger {
         }
     }
 
-    /// Merges new values into those that were set before.
+    /// Merges new values into the previously set ones.
     fn set(&mut self, at: usize, subject: &Subject, line: Line) {
         let is_set =
             |kept: &&mut LedgerEntry| matches!(&kept.line, Line::Call { call, of: Some(of), .. } if effect(call) == Effect::TunesInstance && of == subject);

@@ -11,7 +11,7 @@ pub const FORMAT: &str = "opengpac journal";
 /// Version of the lines written and read.
 pub const VERSION: u32 = 1;
 
-/// The first line.
+/// First line of a journal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Head {
@@ -57,7 +57,7 @@ pub struct By {
     pub time: f64,
 }
 
-/// Every line after the first.
+/// Any line of a journal after the first.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(tag = "line", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Line {
@@ -81,7 +81,7 @@ pub enum Line {
     Stopped { reason: String },
     /// The latch was released.
     Reset {},
-    /// A session was closed in an orderly way: its subjects lose their owner and continue.
+    /// A session was closed gracefully: its subjects lose their owner and continue.
     Closed { session: String },
 }
 
@@ -95,7 +95,7 @@ pub struct JournalText {
     pub cut: Option<usize>,
 }
 
-/// Damage that makes a journal impossible to read.
+/// Damage that makes a journal unreadable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Damage {
     /// Number of the line, counted from 1.

@@ -8,7 +8,7 @@ use serde::Serialize;
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-/// Maximum number of completed requests to list.
+/// Maximum number of completed requests that are listed.
 pub const SETTLED_MAX: usize = 32;
 
 /// Outcome of a request for command.
@@ -37,7 +37,7 @@ impl Outcome {
 }
 
 impl SettledRequest {
-    /// Returns the outcome as one line of the log.
+    /// Returns the outcome as a log line.
     pub fn line(&self) -> String {
         let by = self.by.as_ref().filter(|by| **by != self.name).map(|by| format!(" by session '{by}'")).unwrap_or_default();
         let reason = if self.reason.is_empty() { String::new() } else { format!(": {}", self.reason) };

@@ -8,10 +8,10 @@ use device::Direction;
 pub(super) const CHECKS: &[Check] = &[
     Check { name: "first-reading", sentence: "the first reading after opening succeeds, and its numbers are finite", run: first_reading },
     Check { name: "readings-whole", sentence: "a reading writes nothing beyond the last channel", run: readings_whole },
-    Check { name: "truth-values", sentence: "a truth value that it reads is 0 or 1", run: truth_values },
+    Check { name: "truth-values", sentence: "a Boolean that it reads is 0 or 1", run: truth_values },
     Check { name: "commands-kept", sentence: "an exchange leaves the commands as they are", run: commands_kept },
     Check { name: "unengaged", sentence: "while nothing is commanded, its parts stand still", run: unengaged },
-    Check { name: "no-leap", sentence: "a part that is engaged at its measured state does not leap", run: no_leap },
+    Check { name: "no-leap", sentence: "a part that is engaged at its measured state does not jump", run: no_leap },
     Check { name: "let-go", sentence: "a part that is released comes to rest, and can be engaged again", run: let_go },
     Check { name: "time-stands", sentence: "two exchanges at the same time leave its readings finite", run: time_stands },
     Check { name: "time-leaps", sentence: "an exchange 10 s late succeeds or loses the device, and its readings are finite", run: time_leaps },
@@ -19,7 +19,7 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "nan", sentence: "a command that is not a number is refused, or does not come back in the readings", run: nan },
     Check { name: "infinity", sentence: "a command that is infinite is refused, or does not come back in the readings", run: infinity },
     Check { name: "huge", sentence: "commands of the maximum magnitude do not end an exchange", run: huge },
-    Check { name: "all-bytes", sentence: "arbitrary bytes as a command do not end anything", run: all_bytes },
+    Check { name: "all-bytes", sentence: "arbitrary bytes as a command do not end its process", run: all_bytes },
 ];
 
 /// Maximum step in one firing, rad or m; more counts as a leap, whatever the part.

@@ -29,7 +29,7 @@ struct ProcessState {
 /// State of the process at the start of the checks.
 static AT_FIRST: OnceLock<ProcessState> = OnceLock::new();
 
-/// Records the state with which the checks compare; called before any driver code has run.
+/// Records the reference state for the checks; called before any driver code has run.
 pub(super) fn remember() {
     AT_FIRST.get_or_init(ProcessState::now);
 }

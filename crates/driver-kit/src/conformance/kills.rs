@@ -25,7 +25,7 @@ pub(super) fn outcomes(kind: &str, options: &Value, settings: &Settings) -> impl
     PHASES.iter().map(outcome)
 }
 
-/// Kills a process in that phase, makes the writes of the guard, and has another process open the device.
+/// Kills a process in that phase, carries out the guard's writes, and has another process open the device.
 fn killed(kind: &str, options: &Value, phase: &str, settings: &Settings) -> CheckResult {
     let handles = reached(kind, options, phase, settings)?;
     handles.into_iter().try_for_each(write).map_err(|why| format!("a handle of the guard: {why}"))?;

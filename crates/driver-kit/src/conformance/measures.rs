@@ -86,7 +86,7 @@ fn flush() {
     unsafe { libc::fflush(std::ptr::null_mut()) };
 }
 
-/// Makes a call and counts the bytes that this process writes to its standard output and standard error in the meantime. Returns the
+/// Makes a call and counts the bytes that this process writes to its standard output and standard error during the call. Returns the
 /// result of the call and the count.
 pub(crate) fn printed<T>(call: impl FnOnce() -> T) -> std::io::Result<(T, u64)> {
     // SAFETY: the arguments are a name and valid flags.
@@ -144,7 +144,7 @@ impl Sanitizer {
         Some(Sanitizer { enter: find(c"__rtsan_realtime_enter")?, exit: find(c"__rtsan_realtime_exit")? })
     }
 
-    /// Ends the process if the closure makes a call that may block.
+    /// Calls the closure. The process is terminated if the closure makes a call that may block.
     pub(crate) fn watch<T>(self, call: impl FnOnce() -> T) -> T {
         // SAFETY: see `find`; both are called on this thread.
         unsafe { (self.enter)() };

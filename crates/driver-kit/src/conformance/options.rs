@@ -12,7 +12,7 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "unknown", sentence: "an option that is not declared is refused with its name", run: unknown },
     Check { name: "null", sentence: "an option that is null counts as omitted", run: null },
     Check { name: "no-table", sentence: "options that are not a table of names and values are refused", run: no_table },
-    Check { name: "odd-numbers", sentence: "absurdly large numbers are accepted or refused, and end nothing", run: odd_numbers },
+    Check { name: "odd-numbers", sentence: "absurdly large numbers are accepted or refused, and do not end its process", run: odd_numbers },
     Check { name: "virtual-time", sentence: "its replacement under the virtual clock can be created", run: virtual_time },
     Check { name: "geometry", sentence: "the shape of its machine is available without opening it", run: geometry },
     Check { name: "trial", sentence: "the files that its options name pass its own trial", run: trial },

@@ -14,7 +14,7 @@ pub(super) const CHECKS: &[Check] = &[
     Check { name: "service-words", sentence: "its services have unique names and a line each", run: service_words },
     Check { name: "service-arguments", sentence: "the arguments of each service are declared as options are", run: service_arguments },
     Check { name: "counter-words", sentence: "its counters have unique names and a line each", run: counter_words },
-    Check { name: "rights", sentence: "each required right is named with the way to grant it: 'raw sockets: cap_net_raw'", run: rights },
+    Check { name: "rights", sentence: "each required privilege is named with the way to grant it: 'raw sockets: cap_net_raw'", run: rights },
 ];
 
 fn life_waits(subject: &Subject) -> CheckResult {

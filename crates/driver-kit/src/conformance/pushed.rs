@@ -6,8 +6,8 @@ use super::subject::Subject;
 use std::time::Duration;
 
 pub(super) const CHECKS: &[Check] = &[
-    Check { name: "moves", sentence: "a part moves while it is pushed, and its position changes accordingly", run: moves },
-    Check { name: "moves-alone", sentence: "a part that is pushed alone moves in the direction of the push", run: moves_alone },
+    Check { name: "moves", sentence: "a part moves when it is commanded to move, and its position changes accordingly", run: moves },
+    Check { name: "moves-alone", sentence: "a part that alone is commanded to move does so in the commanded direction", run: moves_alone },
     Check { name: "moves-late", sentence: "a part still moves, and its position still changes accordingly, after many firings", run: moves_late },
     Check { name: "velocity-sign", sentence: "the velocity of a part has the sign of its motion", run: velocity_sign },
     Check { name: "velocity-size", sentence: "the velocity of a part is in the unit of its position per second", run: velocity_size },
@@ -160,7 +160,11 @@ fn judged(subject: &Subject, warm: usize, is_alone: bool, fault: impl Fn(&PartMo
 fn moves(subject: &Subject) -> CheckResult {
     judged(subject, 0, false, |part| {
         let name = &part.joint.name;
-        let fault = || format!("'{name}.position' stays the same while '{name}' is pushed each way: the command is ignored, or the reading is frozen");
+        let fault = || {
+            format!(
+                "'{name}.position' does not change when '{name}' is commanded to move in either direction: the command is ignored, or the reading is frozen"
+            )
+        };
         part.is_still().then(fault)
     })
 }
@@ -170,9 +174,8 @@ fn moves_alone(subject: &Subject) -> CheckResult {
     // diagonal.
     judged(subject, 0, true, |part| {
         let (name, [up, down]) = (&part.joint.name, &part.motions);
-        let fault = || {
-            format!("'{name}.position' changes by {:.3e} while '{name}' alone is pushed up, and by {:.3e} while it is pushed down", up.distance, down.distance)
-        };
+        let fault =
+            || format!("'{name}.position' changes by {:.3e} when '{name}' alone is commanded to move up, and by {:.3e} when down", up.distance, down.distance);
         (up.distance - down.distance < MOTION).then(fault)
     })
 }
@@ -180,7 +183,7 @@ fn moves_alone(subject: &Subject) -> CheckResult {
 fn moves_late(subject: &Subject) -> CheckResult {
     judged(subject, LATE, false, |part| {
         let name = &part.joint.name;
-        part.is_still().then(|| format!("after {LATE} firings '{name}.position' stays the same while '{name}' is pushed each way"))
+        part.is_still().then(|| format!("after {LATE} firings '{name}.position' does not change when '{name}' is commanded to move in either direction"))
     })
 }
 

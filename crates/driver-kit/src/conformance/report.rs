@@ -30,7 +30,7 @@ pub struct Report {
 }
 
 impl Verdict {
-    /// Returns the name of the verdict, for programs.
+    /// Returns the machine-readable name of the verdict.
     pub fn text(&self) -> &'static str {
         match self {
             Verdict::Passed => "passed",

@@ -15,7 +15,7 @@ pub(crate) struct Joint {
     pub(crate) name: String,
     pub(crate) position: Slot,
     pub(crate) velocity: Slot,
-    /// Reading that holds the part when it is commanded: its bias for an effort, its position for a goal.
+    /// Reading that holds the part if it is sent back as the command: its bias for an effort, its position for a goal.
     pub(crate) holds_by: Slot,
     pub(crate) command: Slot,
     pub(crate) command_index: usize,

@@ -15,8 +15,8 @@ const OF_PROGRAMS: &str = "rtsan_preinit.cpp.o";
 const BEGINS: &str = "void __rtsan_ensure_initialized(void);\n\
     __attribute__((constructor)) static void begin(void) { __rtsan_ensure_initialized(); }\n";
 
-/// Builds the library in a folder, from the compiler's own: Rust's, or that of clang 20 or newer. Returns `None` if no installed compiler
-/// has it.
+/// Builds the library in a folder from the runtime of a compiler: Rust's, or that of clang 20 or newer. Returns `None` if no installed
+/// compiler has it.
 pub fn sanitizer_in(folder: &Path) -> Option<PathBuf> {
     let (parts, begins, library) = (folder.join("rtsan.a"), folder.join("begins.c"), folder.join("sanitizer.so"));
     std::fs::write(&begins, BEGINS).ok()?;

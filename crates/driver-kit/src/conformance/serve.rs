@@ -21,9 +21,9 @@ const ORDER: Duration = Duration::from_secs(60);
 /// Executes the order for this process: the checks of a driver, or one phase of its life cycle in which it is to be killed.
 ///
 /// # Errors
-/// Fails if the process was not started for this purpose; the message is for people.
+/// Fails with a human-readable message if the process was not started for this purpose.
 pub fn serve() -> Result<(), String> {
-    let gone = |_| "the process that started it is gone".to_owned();
+    let gone = |_| "the process that started it has exited".to_owned();
     let link = UnixLink::from_descriptor(inherited(LINK).map_err(|why| why.to_string())?).map_err(|why| why.to_string())?;
     kept::remember();
     let order = link.receive(ORDER).map_err(gone)?.ok_or("it received no order")?;

@@ -15,7 +15,7 @@ pub struct Settings {
     /// only memory that is not freed.
     pub counting: Option<PathBuf>,
     /// Real-time sanitizer, as built by [`sanitizer_in`](super::sanitizer_in); without it, the check under the sanitizer is reported as
-    /// not made.
+    /// not carried out.
     pub sanitizer: Option<PathBuf>,
     /// Time limit of a check.
     pub limit: Duration,

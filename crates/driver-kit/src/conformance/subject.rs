@@ -4,7 +4,7 @@ use super::rig::{Joint, Rig};
 use device::{Class, Declaration, DriverError, Kind, OpenedDriver};
 use serde_json::{Value, json};
 
-/// Option of a worker: makes it exchange in place, for checks cycle by cycle.
+/// Option of a worker that makes it exchange in place, so that it can be checked cycle by cycle.
 const IN_PLACE: &str = "in_place";
 
 pub(crate) struct Subject {

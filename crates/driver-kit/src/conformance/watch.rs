@@ -17,7 +17,7 @@ enum Ran {
     ToItsEnd,
     /// The receiver of the outcomes has stopped the checks.
     Enough,
-    /// The process exited during the check that was begun last.
+    /// The process exited during the most recently started check.
     Ended(String),
 }
 
@@ -73,9 +73,9 @@ fn run(kind: &str, options: &Value, settings: &Settings, outcomes: &mut Outcomes
     if let Some(counting) = &settings.counting {
         launch = launch.variable("LD_PRELOAD", counting);
     }
-    let child = launch.start().map_err(|why| format!("cannot start a process to check it in: {why}"))?;
+    let child = launch.start().map_err(|why| format!("cannot start a process in which to check it: {why}"))?;
     let order = json!({ "kind": kind, "options": options, "exchanges": settings.exchanges, "from": outcomes.known.len() });
-    link.send_with(order.to_string().as_bytes(), &[], Some(settings.limit)).map_err(|_| "the process to check it in ended at once".to_owned())?;
+    link.send_with(order.to_string().as_bytes(), &[], Some(settings.limit)).map_err(|_| "the process in which it is checked ended at once".to_owned())?;
     let all = checks();
     while outcomes.known.len() < all.len() {
         match link.receive(settings.limit) {

@@ -200,7 +200,7 @@ unsafe extern "C" fn whole(host: *mut AbiHost, name: *const c_char) -> i64 {
         Value::Bool(truth) => i64::from(truth),
         Value::Null => 0,
         value => value.as_i64().unwrap_or_else(|| {
-            host.wrong(format!("{value} is not a whole number of 64 bits"));
+            host.wrong(format!("{value} is not a 64-bit whole number"));
             0
         }),
     }

@@ -33,13 +33,13 @@ impl Instance {
     /// Allocates zeroed memory of the driver's size; the driver itself is not created yet.
     ///
     /// # Errors
-    /// Fails if there is not enough memory; the message is for people.
+    /// Fails with a human-readable message if there is not enough memory.
     pub(super) fn new(of: &'static abi::Driver, counters: Counters) -> Result<Instance, String> {
         let size = Memory::from_size_align(usize::try_from(of.instance_size).unwrap_or(0).max(1), ALIGNED).map_err(|why| why.to_string())?;
         // SAFETY: its size is not 0.
         let memory: *mut c_void = unsafe { alloc_zeroed(size) }.cast();
         if memory.is_null() {
-            return Err(format!("there is no memory for its {} bytes", size.size()));
+            return Err(format!("there is not enough memory for its {} bytes", size.size()));
         }
         Ok(Instance { of, memory, size, texts: Vec::new(), counters: Arc::new(counters), is_closed: AtomicBool::new(false), busy: Mutex::default() })
     }

@@ -40,12 +40,12 @@ impl Foreign {
 
 /// Returns an error, because `loaded` creates the drivers.
 fn nobody_makes(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
-    Err(given.wrong("", "it was loaded from a file, which makes it"))
+    Err(given.wrong("", "it was loaded from a file, which creates it"))
 }
 
 /// Returns an error, because `loaded` searches for devices.
 fn nobody_scans(given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
-    Err(given.wrong("", "it was loaded from a file, which looks for it"))
+    Err(given.wrong("", "it was loaded from a file, which searches for its devices"))
 }
 
 impl DriverMaker for Foreign {

@@ -42,8 +42,8 @@ impl Services for Calls {
         match (&host.answer, self.services[index].answer) {
             (None, None) => Ok(Value::Null),
             (Some(json), Some(kind)) => answered(json, kind).ok_or_else(|| failed(format!("its answer to '{service}', {json}, is not of the declared kind"))),
-            (None, Some(_)) => Err(failed(format!("service '{service}' declares an answer but gives none"))),
-            (Some(_), None) => Err(failed(format!("service '{service}' gives an answer but declares none"))),
+            (None, Some(_)) => Err(failed(format!("service '{service}' declares an answer but returns none"))),
+            (Some(_), None) => Err(failed(format!("service '{service}' returns an answer but declares none"))),
         }
     }
 }

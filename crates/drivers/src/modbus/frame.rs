@@ -19,7 +19,7 @@ pub(super) struct TcpFrame<'a> {
     pub len: usize,
 }
 
-/// Error: the bytes are not a frame, and the start of the next one is unknown.
+/// Error for bytes that are not a frame; the start of the next frame is unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct DamagedFrame;
 

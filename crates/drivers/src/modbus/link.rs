@@ -89,7 +89,7 @@ impl Answer {
 #[derive(Clone)]
 pub(super) struct Link<L = Arc<Turns<Line>>> {
     line: L,
-    /// Address of the device, for people.
+    /// Address of the device, for messages.
     place: String,
     pub unit: u8,
     /// Time limit for an answer.
@@ -163,7 +163,7 @@ impl Link {
         }
     }
 
-    /// Returns the error of a failed request, for people.
+    /// Returns a human-readable error for a failed request.
     pub(super) fn error(&self, request: &Request<'_>, fault: &Fault) -> DeviceError {
         DeviceError { message: format!("unit {} at {} did not {request}: {fault}", self.unit, self.place) }
     }

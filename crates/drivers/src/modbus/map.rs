@@ -21,7 +21,7 @@ pub(super) const CHANNEL: [OptionWord; 9] = [
     OptionWord::with_default("slew", Kind::Number, "none", "its maximum rate, per second").above(0.0, 1e15),
 ];
 
-/// A declared channel. The table is the key that contains its address.
+/// A channel as declared by the program. Its address is given under the name of its table: `holding`, `input`, `coil` or `discrete`.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ChannelOptions {
@@ -56,7 +56,7 @@ enum Byte {
     Low,
 }
 
-/// Side of the protocol on which this driver is.
+/// Side of the protocol that the driver implements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum End {
     /// The driver is a client, which polls a device.

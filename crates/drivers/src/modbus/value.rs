@@ -78,7 +78,7 @@ pub(super) enum Order {
 }
 
 impl Order {
-    /// Converts bytes from wire order to big-endian or back, because each order is its own inverse.
+    /// Converts bytes from wire order to big-endian or back; each order is its own inverse.
     fn turn(self, bytes: &mut [u8]) {
         if matches!(self, Order::Cdab | Order::Dcba) {
             let words = bytes.len() / 2;
@@ -105,7 +105,7 @@ pub(super) enum Form {
     Byte { is_high: bool, scale: f64, offset: f64 },
     /// `value = scale * number + offset`, as a double.
     Scaled { of: Of, order: Order, scale: f64, offset: f64 },
-    /// Plain number, in the C type of that name.
+    /// Plain number, in the C type with the same name.
     Raw { of: Of, order: Order },
 }
 

@@ -71,7 +71,7 @@ pub(super) struct Follower {
 #[derive(Clone, Debug)]
 pub(super) struct Sensor {
     pub name: String,
-    /// Number of the sensor in the model, and its number of values.
+    /// Identifier of the sensor in the model, and the number of its values.
     pub id: i32,
     pub elements: usize,
     pub unit: &'static str,

@@ -6,7 +6,7 @@ use device::{Channel, Layout, Slot, Type};
 
 /// Slots of the values of an arm.
 pub(super) struct Slots {
-    /// Slots of each joint: position, velocity, bias, effort of the motor and its limit; separately, the effort.
+    /// Slots of each joint: position, velocity, bias, motor effort and motor limit; then, separately, the commanded effort.
     pub joints: Vec<([Slot; 5], Slot)>,
     pub force: Option<Slot>,
     pub sensors: Vec<Slot>,

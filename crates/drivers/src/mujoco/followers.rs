@@ -33,7 +33,7 @@ impl Follower {
     }
 }
 
-/// Returns the followers among the degrees of freedom, each before the one it follows. `joints` are commanded, and so are not followers.
+/// Returns the followers among the degrees of freedom, each before its leader. `joints` are commanded, and are therefore not followers.
 pub(super) fn followers(fields: &Fields, joints: &[Joint]) -> Vec<Follower> {
     let (kinds, firsts, seconds) = (fields.ints("eq_type"), fields.ints("eq_obj1id"), fields.ints("eq_obj2id"));
     let (active, data, rest) = (fields.flags("eq_active0"), fields.reals("eq_data"), fields.reals("qpos0"));

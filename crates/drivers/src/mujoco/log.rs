@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 //! MuJoCo's messages. Its default receiver prints and opens a log file, which allocates, so it is unsuitable for a real-time thread.
 //!
-//! The receiver of this driver is installed when the library is loaded. The first message of a thread that is inside a plant is kept in a
-//! fixed-size buffer of that thread, as the cause; all other messages are forwarded to the previous receiver, so that a program that uses
-//! MuJoCo itself still sees its messages. An error (level 3) does not return to its caller: after this receiver has returned, MuJoCo ends
-//! the process. Therefore, the plant never calls with unchecked sizes or indices, and a model is tried before it is loaded: `trial.rs`.
+//! The receiver of this driver is installed when the library is loaded. The first message of a thread that is inside a plant is kept as
+//! the cause, in a fixed-size buffer of that thread; all other messages are forwarded to the previous receiver, so that a program that
+//! uses MuJoCo itself still sees its messages. An error (level 3) does not return to its caller: after this receiver has returned, MuJoCo
+//! ends the process. Therefore, the plant never passes unchecked sizes or indices to MuJoCo, and a model is tried before it is loaded:
+//! `trial.rs`.
 use super::functions::{LogMessage, LogReceiver, MuJoCo};
 use std::cell::{Cell, UnsafeCell};
 use std::ffi::CStr;

@@ -8,13 +8,13 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 const SCRIPT: &str = concat!(include_str!("limits.py"), include_str!("meshes.py"));
-/// Maximum number of triangles in a whole model, for a good frame rate in a browser and to limit the size of an answer.
+/// Maximum number of triangles in a whole model. Keeps the frame rate in a browser high, and limits the size of an answer.
 const FACES_MAX: usize = 150_000;
 /// Resolution of vertices, per metre.
 const PER_M: f64 = 1e6;
 
-/// Reads the meshes with these numbers in the model; as many of them, in order, as fit into [`FACES_MAX`]. `library` is MuJoCo's. Blocks
-/// until the child has exited.
+/// Reads the meshes with these numbers in the model, and returns as many of them, in order, as fit into [`FACES_MAX`]. `library` is the
+/// path of MuJoCo's library. Blocks until the child has exited.
 pub(super) fn read(library: &Path, model: &Path, asked: &[i32]) -> Vec<Option<Mesh>> {
     let none = || vec![None; asked.len()];
     let Some(package) = library.parent().filter(|_| !asked.is_empty()) else { return none() };

@@ -12,12 +12,12 @@ use super::prescribed::PrescribedSolver;
 use device::{Channel, DeviceError, Driver, Services, Slot};
 use std::sync::Arc;
 
-/// Maximum time by which one reading advances the plant; the plant does not move for the time in excess of it.
+/// Maximum time by which one reading advances the plant; the plant does not move during the excess time.
 const ADVANCE_NS_MAX: i64 = 1_000_000_000;
 /// Maximum time for which a brake slows a joint down. Needed because a joint whose weight exceeds the effort of its drive would never
 /// stop.
 const BRAKING_NS_MAX: i64 = 1_000_000_000;
-/// Number of steps that are run and undone before the first firing, so that every page and branch has been used.
+/// Number of steps that are run and undone before the first firing, so that every page has been touched and every branch taken.
 const WARM_UP_STEPS: usize = 50;
 
 /// A simulated arm as a [`Driver`].
@@ -180,7 +180,7 @@ impl Plant {
         }
     }
 
-    /// Closes the brake of a joint. The brake slows the joint down with the maximum effort of its drive, and then holds it where it has
+    /// Applies the brake of a joint. The brake slows the joint down with the maximum effort of its drive, and then holds it where it has
     /// stopped; a joint that does not stop within `BRAKING_NS_MAX` is held where it is.
     fn close_brake(&mut self, j: usize) {
         if !self.braked[self.arm.joints[j].velocity] && self.slowing[j] == 0 {
@@ -300,7 +300,7 @@ impl Plant {
     }
 }
 
-/// Returns the refusal of an effort that is NaN.
+/// Returns the error for an effort that is NaN.
 fn unbounded(joint: &str, channel: &str) -> DeviceError {
     DeviceError { message: format!("the effort written to '{joint}.{channel}' is not finite; find the block that writes it") }
 }

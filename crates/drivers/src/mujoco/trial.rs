@@ -14,9 +14,9 @@ use std::sync::Mutex;
 use std::time::SystemTime;
 
 const SCRIPT: &str = concat!(include_str!("limits.py"), include_str!("trial.py"));
-/// Limit of the processor time of a child that reads a model, s.
+/// CPU time limit of a child that reads a model, s.
 const PROCESSOR_S: u32 = 60;
-/// Limit of its duration, on a busy machine or for a file that does not come, s.
+/// Wall-clock time limit of the child, s. It allows for a busy machine, and ends the wait for a file that never arrives.
 const WALL_S: u32 = 600;
 /// Maximum number of passed models that are remembered.
 const PASSED_MAX: usize = 64;
@@ -74,7 +74,7 @@ fn verdict(output: &Output) -> Result<Option<bool>, String> {
         ("fatal", None) => Err(fatal("", &line(text))),
         (_, Some(libc::SIGXCPU)) => Err(format!("it was not loaded within {PROCESSOR_S} s of processor time; check for counts that are too large")),
         (_, Some(libc::SIGALRM)) => {
-            Err(format!("it was not loaded within {WALL_S} s; check for files that cannot be read, and for other work of this machine"))
+            Err(format!("it was not loaded within {WALL_S} s; check for files that cannot be read, and for other load on this machine"))
         }
         (_, Some(signal)) => Err(fatal(&format!(" (signal {signal})"), &line(&String::from_utf8_lossy(&output.stderr)))),
         (_, None) => Err(fatal("", &line(&String::from_utf8_lossy(&output.stderr)))),
@@ -83,7 +83,7 @@ fn verdict(output: &Output) -> Result<Option<bool>, String> {
 
 fn fatal(how: &str, text: &str) -> String {
     let says = if text.is_empty() { String::new() } else { format!(" and reports '{text}'") };
-    format!("MuJoCo ends the process that tries it{how}{says}; check for sizes that no memory can hold and for damaged files that it names")
+    format!("MuJoCo ends the process that tries to load it{how}{says}; check for sizes that exceed the memory, and for damaged files to which it refers")
 }
 
 #[cfg(test)]
@@ -102,7 +102,7 @@ mod tests {
         assert!(of(libc::SIGABRT, "trying ", "terminating\n").unwrap_err().contains("(signal 6) and reports 'terminating'"));
         assert!(of(libc::SIGXCPU, "trying ", "").unwrap_err().contains("not loaded within 60 s of processor time"));
         assert!(of(libc::SIGALRM, "trying ", "").unwrap_err().contains("not loaded within 600 s; check for files"));
-        assert!(of(1 << 8, "trying ", "").unwrap_err().starts_with("MuJoCo ends the process that tries it; check"));
+        assert!(of(1 << 8, "trying ", "").unwrap_err().starts_with("MuJoCo ends the process that tries to load it; check"));
         assert_eq!(of(1 << 8, "", "No module named ctypes"), Ok(None), "an interpreter that cannot try has no verdict");
     }
 }

@@ -190,7 +190,7 @@ impl Driver for PlantProcess {
             return Err(DeviceError { message });
         }
         if session.region.is_safe() {
-            let message = "its process stood still, so the guard brought the plant to its safe state; open it again to command it".to_owned();
+            let message = "its process hung, so the guard brought the plant to its safe state; open it again to command it".to_owned();
             return Err(DeviceError { message });
         }
         if let Some(timeout_ns) = self.timeout_ns.filter(|_| session.region.timed_out().load(Ordering::Acquire) != 0) {
@@ -201,7 +201,7 @@ impl Driver for PlantProcess {
         }
         let silent_ns = session.silent_ns(release_ns, self.silent_ns);
         if silent_ns > self.silent_ns {
-            return Err(DeviceError { message: format!("the plant process has not made a step for {} ms", silent_ns / 1_000_000) });
+            return Err(DeviceError { message: format!("the plant process has not executed a step for {} ms", silent_ns / 1_000_000) });
         }
         session.readings.latch();
         readings.copy_from_slice(session.readings.front());

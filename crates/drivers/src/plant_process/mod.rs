@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A plant in a process of its own: any other driver, at its own pace, like a real machine. It outlives the process that commands it.
 //!
-//! Its channels and parts are those of the driver that it runs. A read takes the newest complete group of readings, a write leaves a
-//! group of commands: neither blocks, allocates or makes system calls.
+//! Its channels and parts are those of the driver that it runs. A read takes the newest complete group of readings, and a write leaves a
+//! group of commands; neither blocks, allocates or makes system calls.
 //!
-//! When the process that commands it has exited, the plant continues under the last commands, like a drive without a watchdog; it has
-//! none by default, so that the effect of the guard can be observed. With a watchdog, the plant switches to its safe commands if no new
-//! group of commands arrives within the timeout after one that claims a channel. Its safe handle is a flag and safe commands in the
-//! shared memory: the plant obeys them from its next step on, until a driver opens it again.
+//! When the process that commands it has exited, the plant continues under the last commands, like a drive without a watchdog. By
+//! default, the plant has no watchdog, so that the effect of the guard can be observed. With a watchdog, the plant switches to its safe
+//! commands if no new group of commands arrives within the timeout after one that claims a channel. Its safe handle is a flag and safe
+//! commands in the shared memory: the plant obeys them from its next step on, until a driver opens it again.
 //!
 //! Time is that of the wall clock; under the virtual clock, the driver runs in place.
 mod driver;
@@ -38,7 +38,7 @@ use std::time::Duration;
 const LINGER_NS: i64 = 10_000_000_000;
 const SILENT_NS: i64 = 500_000_000;
 const NAME_MAX: usize = 40;
-/// Minimum age at which a socket may be judged as abandoned, because the plant of a newer one may not be listening yet.
+/// Minimum age at which a socket may be considered abandoned, because the plant of a newer one may not be listening yet.
 const NEW: Duration = Duration::from_secs(1);
 
 pub(crate) static DRIVER: Declaration = Declaration {
@@ -97,7 +97,7 @@ fn geometry(given: &GivenOptions<'_>) -> Result<Option<Geometry>, DriverError> {
     device::geometry(&options.driver.kind, &options.driver.options)
 }
 
-/// Starts the process, or connects to the running process of that name.
+/// Starts the process, or connects to the running process with that name.
 fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
     let options: Options = given.read()?;
     check(given, &options)?;
@@ -166,7 +166,7 @@ fn check(given: &GivenOptions<'_>, options: &Options) -> Result<(), DriverError>
     Ok(())
 }
 
-/// Removes the sockets of this user's plants that were killed and so could not remove them.
+/// Removes the sockets of this user's plants that were killed and therefore could not remove them.
 pub fn clean() {
     let Ok(folder) = run_folder() else { return };
     let is_plant = |path: &PathBuf| path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(SOCKET.as_bytes()));

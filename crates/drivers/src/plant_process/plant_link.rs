@@ -6,14 +6,14 @@ use std::os::fd::OwnedFd;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Time limit within which a plant must create, load and describe itself.
+/// Time limit for a plant to be created, to load and to describe itself.
 pub(super) const ANSWER: Duration = Duration::from_secs(120);
 /// Prefix of the socket of a named plant.
 pub(super) const SOCKET: &str = "plant-";
 /// Name of the descriptor of the link to the first client.
 pub(super) const LINK: &str = "link";
-/// Name of the link for services of a driver in a process of its own. It is separate because services take long, and no other message
-/// must wait for them.
+/// Name of the link for services of a driver in a process of its own. It is separate because services may take a long time, and no other
+/// message must wait for them.
 pub(super) const SERVICES: &str = "services";
 
 /// Returns the path at which the plant with that name listens.
@@ -31,10 +31,10 @@ pub(super) fn ask_with(link: &UnixLink, ask: Ask) -> Result<(Answer, Vec<OwnedFd
 }
 
 pub(super) fn ask_within(link: &UnixLink, ask: Ask, limit: Duration) -> Result<(Answer, Vec<OwnedFd>), String> {
-    let gone = |_| "its process is gone".to_owned();
+    let gone = |_| "its process has exited".to_owned();
     let frame = serde_json::to_vec(&ask).expect("a request has no map whose keys are not texts");
     link.send_with(&frame, &[], Some(limit)).map_err(gone)?;
     let (frame, descriptors) = link.receive_with(limit).map_err(gone)?.ok_or_else(|| format!("its process did not answer within {} s", limit.as_secs()))?;
-    let answer = serde_json::from_slice(&frame).map_err(|_| "its process gave an answer that is not a plant's".to_owned())?;
+    let answer = serde_json::from_slice(&frame).map_err(|_| "its process returned an invalid answer".to_owned())?;
     Ok((answer, descriptors))
 }

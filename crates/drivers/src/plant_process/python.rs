@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A driver in Python, in a process of its own. The process runs the driver [`OBJECT`], which is registered by the program that embeds
-//! Python; process, memory and life cycle are those of a plant, except that it exits with its commander, with its outputs safe.
+//! Python. Process, memory and life cycle are those of a plant, except that the process brings its outputs to their safe state and exits
+//! when the process that commands it does.
 use super::driver::Bounds;
 use super::plant_messages::PlantOrigin;
 use super::starting::opened;

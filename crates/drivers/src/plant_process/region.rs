@@ -148,7 +148,7 @@ impl Region {
         unsafe { (TripleWriter::in_memory(self.commands(), BACK_AT_FIRST), TripleReader::in_memory(self.readings(), FRONT_AT_FIRST)) }
     }
 
-    /// Returns true if the safe commands apply, also because no others can be trusted.
+    /// Returns true if the safe commands apply, which includes the case that no other commands can be trusted.
     pub fn is_safe(&self) -> bool {
         self.memory.word(FLAG).load(Ordering::Acquire) != 0 || self.spoilt.load(Ordering::Relaxed)
     }

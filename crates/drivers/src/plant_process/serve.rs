@@ -13,7 +13,7 @@ use std::sync::atomic::Ordering;
 use std::time::Duration;
 
 const STEP_NS: i64 = 1_000_000;
-/// Maximum time between two checks for messages of clients, however long the plant's steps are.
+/// Maximum time between two checks for client messages, however long the plant's steps are.
 const HEAR_NS: i64 = 20_000_000;
 /// Number of steps above which a late plant drops the missed time and continues from the current time.
 const LATE_STEPS_MAX: i64 = 10;
@@ -23,13 +23,13 @@ const PRIORITY: u8 = 97;
 /// Runs the plant process. Returns when it has been closed, or when no client has been connected for its linger time.
 ///
 /// # Errors
-/// Fails if the process was not started by a driver; the message is for people.
+/// Fails with a human-readable message if the process was not started by a driver.
 pub fn run() -> Result<(), String> {
     forks::claim_process();
     let descriptor = inherited(LINK).map_err(|error| error.to_string())?;
     let link = UnixLink::from_descriptor(descriptor).map_err(|error| format!("the link of the plant cannot be used: {error}"))?;
-    let Ok(Some((frame, _))) = link.receive_with(ANSWER) else { return Err("no request says which plant to create".to_owned()) };
-    let Ok(Ask::Make(made)) = serde_json::from_slice(&frame) else { return Err("the first request does not say which plant to create".to_owned()) };
+    let Ok(Some((frame, _))) = link.receive_with(ANSWER) else { return Err("no request specifies which plant to create".to_owned()) };
+    let Ok(Ask::Make(made)) = serde_json::from_slice(&frame) else { return Err("the first request does not specify which plant to create".to_owned()) };
     match Plant::make(made) {
         Ok(mut plant) => {
             if plant.described.made.rest_ns.is_none() {
@@ -65,7 +65,7 @@ struct Plant {
     links: Vec<(u64, UnixLink)>,
     next_link: u64,
     session: Option<Session>,
-    /// Commands in force, with their claims.
+    /// Current commands, with their claims.
     group: Vec<u8>,
     engaged: Vec<bool>,
     readings: Vec<u8>,
@@ -174,7 +174,7 @@ impl Plant {
         self.driver.close();
     }
 
-    /// Returns true if the plant must continue: a client is connected, or was connected recently.
+    /// Returns true if the plant must keep running: a client is connected, or was connected recently.
     fn keep_alive(&mut self) -> bool {
         if !self.links.is_empty() {
             self.seen_ns = now_ns();

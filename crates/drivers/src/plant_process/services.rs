@@ -54,13 +54,13 @@ impl PlantServices {
         let link = self.link.lock().unwrap_or_else(PoisonError::into_inner);
         let Some(link) = &*link else { return Err(failed("the device is closed")) };
         let frame = serde_json::to_vec(&ask).expect("a request has no map whose keys are not texts");
-        link.send_with(&frame, &[], Some(LOOK)).map_err(|_| failed("its process is gone"))?;
+        link.send_with(&frame, &[], Some(LOOK)).map_err(|_| failed("its process has exited"))?;
         loop {
             let Some((frame, _)) = link.receive_with(LOOK).map_err(|_| failed("its process ended before it answered"))? else { continue };
             return match serde_json::from_slice(&frame) {
                 Ok(Answer::Served(value)) => Ok(value),
                 Ok(Answer::Refused(why)) => Err(DeviceError { message: why }),
-                _ => Err(failed("its process gave an answer that is not a driver's")),
+                _ => Err(failed("its process returned an invalid answer")),
             };
         }
     }

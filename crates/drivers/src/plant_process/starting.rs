@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Driver of a plant, apart from the process that runs it.
+//! Creates the driver of a plant, which runs in a process of its own.
 use super::driver;
 use super::plant_link::{LINK, SERVICES, ask};
 use super::plant_messages::{Answer, Ask, PlantDescription, PlantOrigin};
@@ -9,7 +9,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Opens the process with this origin: finds it, or starts it with this command.
+/// Opens the process with this origin: connects to it if it is running, or starts it with this command.
 pub(super) fn opened(
     given: &GivenOptions<'_>,
     kind: &'static str,
@@ -51,7 +51,7 @@ pub(super) fn opened(
 }
 
 fn start(command: Vec<OsString>) -> Result<(UnixLink, Option<Child>, Option<UnixLink>), String> {
-    let pair = || UnixLink::pair().map_err(|error| format!("cannot make a link to its process: {error}"));
+    let pair = || UnixLink::pair().map_err(|error| format!("cannot create a link to its process: {error}"));
     let ((link, theirs), (services, their_services)) = (pair()?, pair()?);
     let launch = Launch::new(command).descriptor(LINK, theirs).descriptor(SERVICES, their_services);
     let child = launch.start().map_err(|error| error.to_string())?;

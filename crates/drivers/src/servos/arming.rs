@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 /// Time limit for a servo to restart.
 const REBOOT: Duration = Duration::from_secs(2);
-/// Bit of an error number that signals an error to be read.
+/// Bit of an error number which indicates that there is an error to be read.
 const ALERT: u8 = 0x80;
 
 impl Servos {

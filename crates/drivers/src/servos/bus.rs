@@ -87,8 +87,8 @@ impl Bus {
         self.line.as_fd().try_clone_to_owned()
     }
 
-    /// Determines whether the adapter echoes sent bytes, unless this is configured, by a read request, the answer to which always differs
-    /// from the request.
+    /// Determines whether the adapter echoes sent bytes, unless this is configured. Sends a read request for this purpose, because the
+    /// answer to it always differs from the request.
     pub(super) fn find_echo(&mut self, id: u8, register: Register) -> Result<()> {
         if self.timing.echo.is_some() {
             return Ok(());
@@ -127,7 +127,7 @@ impl Bus {
         self.once(id, Ask::Reboot, &[id], &mut [false], 0, &mut |_, _| ())
     }
 
-    /// Writes to the same register of several servos, without an answer.
+    /// Writes to the same register of several servos, which do not answer.
     pub(super) fn sync_write(&mut self, register: Register, rows: &[u8]) -> Result<()> {
         let until = self.send(super::frame::BROADCAST, Ask::SyncWrite { address: register.address, len: register.len, rows }, 0, 0)?;
         // Otherwise the echo would precede that of the next request.
@@ -216,7 +216,7 @@ impl Bus {
         Ok(count > 0)
     }
 
-    /// Skips the adapter's echo; returns false if it differs from the sent bytes, because another host has transmitted.
+    /// Skips the adapter's echo; returns false if it differs from the sent bytes, which means that another host has transmitted.
     fn drop_echo(&mut self, until: Instant) -> Result<bool> {
         let sent = self.frame.bytes().len();
         while self.len < sent {
@@ -236,7 +236,7 @@ impl Bus {
         self.len -= count;
     }
 
-    /// Takes the complete answers, and returns how many of the missing ones were among them.
+    /// Takes the complete answers, and returns the number of missing answers that were among them.
     fn answers(&mut self, ids: &[u8], done: &mut [bool], len: usize, take: &mut dyn FnMut(usize, Answer<'_>)) -> usize {
         let (mut from, mut taken) = (0, 0);
         while from < self.len {

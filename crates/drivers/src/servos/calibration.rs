@@ -44,7 +44,7 @@ impl Entry {
 /// Reads a file.
 ///
 /// # Errors
-/// Returns the problem with the file, for people.
+/// Fails with a human-readable message about the file.
 pub(super) fn read(path: &Path) -> Result<Calibration, String> {
     let text = std::fs::read_to_string(path).map_err(|why| why.to_string())?;
     let entries: Calibration = serde_json::from_str(&text).map_err(|why| why.to_string())?;
@@ -62,7 +62,7 @@ pub(super) fn read(path: &Path) -> Result<Calibration, String> {
 /// Writes a file atomically. An existing file keeps its mode and must be a calibration; a new file is accessible only to its owner.
 ///
 /// # Errors
-/// Fails if the file cannot be written, or the existing file is not a calibration; the message is for people.
+/// Fails with a human-readable message if the file cannot be written, or the existing file is not a calibration.
 pub(super) fn write(path: &Path, entries: &Calibration) -> Result<(), String> {
     let failed = |why: std::io::Error| format!("{}: {why}", path.display());
     let text = serde_json::to_string_pretty(entries).map_err(|why| why.to_string())? + "\n";

@@ -128,7 +128,7 @@ impl Servos {
             return Err(self.wrong(silent, &format!("does not answer ({tries} requests); check its power and its cable")));
         }
         if let Some((index, error)) = refused {
-            return Err(self.wrong(index, &format!("refuses to be read: error {error}")));
+            return Err(self.wrong(index, &format!("refuses the read request: error {error}")));
         }
         self.counters.add(Count::Exchanges, 1);
         self.look_at_watchdog()?;

@@ -26,7 +26,7 @@ pub(super) enum Ask<'a> {
         len: u16,
         ids: &'a [u8],
     },
-    /// Writes to several servos, without an answer. `rows` contains an ID and `len` bytes for each servo.
+    /// Writes to several servos, which do not answer. `rows` contains an ID and `len` bytes for each servo.
     SyncWrite {
         address: u16,
         len: u16,

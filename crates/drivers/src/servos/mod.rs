@@ -3,7 +3,7 @@
 //!
 //! | module | |
 //! |---|---|
-//! | `frame`, `sts`, `dynamixel2` | frames of the two protocols: any bytes may arrive, nothing is allocated |
+//! | `frame`, `sts`, `dynamixel2` | frames of the two protocols: arbitrary bytes may arrive, and nothing is allocated |
 //! | `protocol` | common interface of the two |
 //! | `registers` | registers of a servo, and the interpretation of their values |
 //! | `bus` | one request at a time: its time limit, its echo, its retries |
@@ -12,8 +12,8 @@
 //! | `any_bytes` | the entry point of a fuzzer |
 //! | `services`, `scan` | registers, calibration and the search, off the cycle |
 //!
-//! These are two kinds and not one with an option, because the owner of a bus knows its manufacturer, and the search for IDs, baud rates
-//! and models depends on it.
+//! These are two kinds rather than one with an option, because the owner of a bus knows the manufacturer of its servos, and the search
+//! for IDs, baud rates and models depends on it.
 pub(crate) mod any_bytes;
 mod arming;
 mod bus;

@@ -9,8 +9,9 @@ use device::{Counters, DriverError, FoundDevice, GivenOptions};
 use serde_json::{Map as Table, Value, json};
 use std::sync::Arc;
 
-/// Searches the line given in the options, otherwise every line with an adapter, at the baud rate given in the options, otherwise at each
-/// rate that servos can have. A missing ID costs the latency of the adapter: 253 of them take 5 s, at the 20 ms of an FTDI adapter.
+/// Searches the line set in the options, or every line with an adapter if none is set. Tries the baud rate set in the options, or every
+/// rate that servos can have if none is set. A missing ID costs the latency of the adapter: 253 of them take 5 s with an FTDI adapter,
+/// whose latency is 20 ms.
 pub(super) fn scan(given: &GivenOptions<'_>, protocol: Protocol) -> Result<Vec<FoundDevice>, DriverError> {
     let mut timing = options::timing(given, protocol);
     timing.retries = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tests of frames of both protocols with all kinds of bytes, of a bus whose other end misbehaves, and of an arm of two servos.
+//! Tests of frames of both protocols with arbitrary bytes, of a bus whose other end misbehaves, and of an arm of two servos.
 mod arm;
 mod codecs;
 mod lines;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Watchdog inside a servo: if its torque is on and there has been no request on the bus for the timeout, the servo stops and accepts no
-//! goals. A frame with goals has no answer, so the register is read, for one servo in each exchange.
+//! goals. A frame with goals is not answered, so the register is read, for one servo in each exchange.
 use super::driver::Servos;
 use super::registers::{Register, WATCHDOG_UNIT_NS};
 use device::DeviceError;

@@ -36,7 +36,7 @@ struct FieldOptions {
 pub(super) enum Form {
     /// `value = scale * number + offset`, as a double.
     Number { base: u32, scale: f64, offset: f64, decimals: Option<usize> },
-    /// True if this word is present.
+    /// Boolean that is true if this word is present.
     When(Vec<u8>),
     /// String, padded with zeros.
     Text,

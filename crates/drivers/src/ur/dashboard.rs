@@ -66,7 +66,7 @@ const ASKED: [(ServiceWord, &[&str]); 7] = [
 
 pub(super) static SERVICES: [ServiceWord; 7] = [ASKED[0].0, ASKED[1].0, ASKED[2].0, ASKED[3].0, ASKED[4].0, ASKED[5].0, ASKED[6].0];
 
-/// The dashboard as the services of a driver: each call uses a separate connection, so that it works while the arm is lost.
+/// The dashboard as the services of a driver. Each call uses a separate connection, so that it works even while the arm is lost.
 pub(super) struct Panel {
     pub to: SocketAddr,
 }

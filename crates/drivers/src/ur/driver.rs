@@ -188,7 +188,7 @@ impl Driver for Ur {
         let age_ns = release_ns - self.taken_ns;
         self.counters.set(Count::Age, age_ns.unsigned_abs());
         if !self.options.lockstep && age_ns > self.options.silence_ns {
-            return Err(lost(format!("nothing has come from the controller for {} ms: its cable is unplugged, or it is off", age_ns / 1_000_000)));
+            return Err(lost(format!("nothing has been received from the controller for {} ms: its cable is unplugged, or it is off", age_ns / 1_000_000)));
         }
         if let Some(why) = hindrance(&session.sample).or_else(|| interruption(&session.sample, session.number)) {
             return Err(lost(why));

@@ -28,7 +28,7 @@ pub(super) struct Link {
     stream: Device<TcpStream>,
     input: Box<[u8]>,
     filled: usize,
-    /// Rest of a package that the connection has not accepted yet, because a package is always sent completely.
+    /// Rest of a package that the connection has not accepted yet. Kept because a package is always sent completely.
     unsent: Vec<u8>,
 }
 

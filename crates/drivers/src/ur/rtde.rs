@@ -55,9 +55,9 @@ pub(super) enum Message<'a> {
 pub(super) enum MalformedMessage {
     #[error("a message declares a length of {0} bytes")]
     Length(u16),
-    #[error("a message of the unknown kind {0}")]
+    #[error("a message has the unknown type {0}")]
     Kind(u8),
-    #[error("a message of kind {kind} has {len} bytes, which does not match its kind")]
+    #[error("a message of type {kind} has {len} bytes, which does not match its type")]
     Contents { kind: u8, len: usize },
 }
 

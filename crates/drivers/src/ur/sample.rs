@@ -59,7 +59,7 @@ pub(super) struct Sample {
 }
 
 impl Sample {
-    /// Decodes a data package; returns `None` if its length differs, or a number is not finite.
+    /// Decodes a data package; returns `None` if its length is wrong, or a number is not finite.
     pub fn decode(values: &[u8]) -> Option<Sample> {
         if values.len() != VALUES_LEN {
             return None;

@@ -8,8 +8,8 @@ pub(super) const CYCLE_NS: i64 = 2_000_000;
 /// Parameters of the program.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Program {
-    /// Number that the program reports while it runs, and with which it is commanded to follow, so that goals left in the registers by
-    /// another session are ignored.
+    /// Number of the session. The program reports it while it runs, and follows only goals sent with it, so that goals left in the
+    /// registers by another session are ignored.
     pub session: i32,
     /// Number of cycles for which the program waits for a new beat.
     pub patience: i64,

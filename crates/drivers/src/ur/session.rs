@@ -105,7 +105,7 @@ impl Session {
             let (mut found, until) = (None, deadline.min(Instant::now() + answer));
             while found.is_none() {
                 if !link.wait(until).map_err(LinkError::from)? {
-                    return Err(Failure::NotThere(format!("the controller did not answer RTDE's request '{}'", char::from(kind))));
+                    return Err(Failure::NotThere(format!("the controller did not answer the RTDE request '{}'", char::from(kind))));
                 }
                 link.receive(|message| found = found.take().or_else(|| pick(message)))?;
             }
@@ -217,7 +217,7 @@ impl Session {
         self.link.send(&self.told.encode(self.recipes[1]))
     }
 
-    /// Commands the arm to rest where it is. Real-time safe.
+    /// Commands the arm to stay at rest at its current position.
     pub fn rest(&mut self) {
         let goals: [f64; JOINTS] = self.sample.position;
         (self.told.mode, self.told.goals) = (0, goals);

@@ -43,11 +43,11 @@ pub(super) fn is_off(sample: &Sample) -> bool {
     matches!(sample.safety, 1 | 2) && matches!(sample.robot_mode, 3..=5)
 }
 
-/// Returns the reason why the script does not follow on an arm that could follow.
+/// Returns the reason why the script does not follow although the arm could.
 pub(super) fn interruption(sample: &Sample, session: i32) -> Option<&'static str> {
     match (sample.script, sample.runtime) {
         (script, PLAYING) if script == session => None,
-        (SILENT, _) => Some("its program stopped the arm by itself: no setpoint came within its timeout; call reset(), then enable()"),
+        (SILENT, _) => Some("its program stopped the arm by itself: no setpoint arrived within its timeout; call reset(), then enable()"),
         (script, PAUSED) if script == session => Some("its program was paused on the pendant; call reset(), which restarts it, then enable()"),
         (script, _) if script == session => Some("its program was stopped on the pendant; call reset(), which restarts it, then enable()"),
         _ => Some("a program other than this driver's runs on it; call reset(), which starts ours, then enable()"),

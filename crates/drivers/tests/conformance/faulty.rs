@@ -172,7 +172,7 @@ faulty! {
     ignores_its_effort: "is_engaged(engaged, self->effort) ? self->gain * effort : 0.0;" => "0.0;",
         ["moves", "moves-alone", "moves-late"], "the command is ignored, or the reading is frozen";
     reading_freezes: "    set_number(readings, self->position, place);" => "    if (*self->exchanges == 0) set_number(readings, self->position, place);",
-        ["moves", "moves-alone", "moves-late"], "'belt.position' stays the same while 'belt' is pushed each way";
+        ["moves", "moves-alone", "moves-late"], "'belt.position' does not change when 'belt' is commanded to move in either direction";
     velocity_of_the_wrong_sign: "    set_number(readings, self->velocity, self->speed);" => "    set_number(readings, self->velocity, -self->speed);",
         ["velocity-sign"], "while 'belt.velocity' is -";
     velocity_always_zero: "    set_number(readings, self->velocity, self->speed);" => "    set_number(readings, self->velocity, 0.0);",
@@ -215,7 +215,7 @@ static uint8_t shines = 2;
 #define set_number(readings, at, value) (set_number)(readings, at, value), set_value(readings, lamp, &shines, 1)"#,
         ["truth-values"], "'lamp.on' is 2";
     pushes_the_wrong_way: "? self->gain * effort : 0.0;" => "? -self->gain * effort : 0.0;",
-        ["moves-alone"], "while 'belt' alone is pushed up, and by 5.";
+        ["moves-alone"], "when 'belt' alone is commanded to move up, and by 5.";
     freezes_late: "    set_number(readings, self->position, place);" => "    if (*self->exchanges < 1500) set_number(readings, self->position, place);",
         ["moves-late"], "after 2000 firings 'belt.position' stays the same";
     velocity_in_degrees: "    set_number(readings, self->velocity, self->speed);" => "    set_number(readings, self->velocity, self->speed * 57.29577951308232);",

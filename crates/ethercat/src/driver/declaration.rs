@@ -28,7 +28,7 @@ pub static DRIVER: Declaration = Declaration {
     rights: &["raw frames on a network interface: cap_net_raw"],
     scan: Some(scan),
     in_virtual_time: Some(in_lockstep),
-    ..Declaration::new("ethercat", "drives by CiA 402 on EtherCAT, one axis each, and terminals of inputs and outputs", &OPTIONS, open)
+    ..Declaration::new("ethercat", "CiA 402 drives on EtherCAT, one axis each, and terminals of inputs and outputs", &OPTIONS, open)
 };
 
 fn open(given: &GivenOptions<'_>) -> Result<OpenedDriver, DriverError> {
@@ -67,8 +67,8 @@ fn named(of: &TerminalOptions, found: &[Contents]) -> Result<Vec<NamedEntry>, Dr
     }
 }
 
-/// Returns the driver for the virtual clock: a firing waits for its frame however slow the segment is, and no watchdog expires, because
-/// no watchdog time elapses there.
+/// Returns the driver for the virtual clock, under which a firing waits for its frame however slow the segment is, and no watchdog
+/// expires, because no watchdog time elapses.
 fn in_lockstep(options: &Value) -> Option<(String, Value)> {
     let mut options = options.clone();
     options.as_object_mut()?.insert("lockstep".to_owned(), Value::Bool(true));
@@ -88,8 +88,8 @@ fn scan(given: &GivenOptions<'_>) -> Result<Vec<FoundDevice>, DriverError> {
     Ok(found.iter().enumerate().map(|(position, contents)| tell(&interface, position, contents)).collect())
 }
 
-/// Returns the subdevice at a position and the options to serve it: as a terminal if its EEPROM lists entries and none of them belongs to
-/// a drive.
+/// Returns the subdevice at a position, and the options to serve it. It is served as a terminal if its EEPROM lists entries and none of
+/// them belongs to a drive.
 fn tell(interface: &str, position: usize, contents: &Contents) -> FoundDevice {
     const CONTROL_WORD: u16 = 0x6040;
     let identity = &contents.identity;

@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 
 /// Time limit for drives to reach OP while process data arrive, and time limit for an answer outside the cycle.
 const TO_OP: Duration = Duration::from_secs(10);
-/// Maximum number of frames that command a drive to reset its fault, which takes the drive several cycles.
+/// Maximum number of frames that command a drive to reset its fault. A reset takes the drive several cycles.
 const RESETS: usize = 1_000;
 const ANSWER: Duration = Duration::from_millis(200);
 /// Time limit for an answer in lockstep, where the speed of a segment is irrelevant; only a segment that never answers reaches it.
@@ -39,7 +39,7 @@ pub(super) struct EtherCat {
     /// Stations: axes first, then terminals.
     stations: Vec<Station>,
     cycle: Option<Cycle>,
-    /// Number of consecutive failed cycles: the answer was missing or incomplete, or a subdevice was not in OP.
+    /// Number of consecutive failed cycles. A cycle fails if the answer is missing or incomplete, or if a subdevice is not in OP.
     missed: u32,
     written_ns: i64,
 }
@@ -116,7 +116,7 @@ impl EtherCat {
             if Instant::now() > until {
                 let clock = stations.first().map_or_else(String::new, |station| station.subdevice.title());
                 return Err(format!(
-                    "the reference clock of the line ({clock}, the first one) did not reach the first SYNC0 within {} s: it stands still",
+                    "the reference clock of the line ({clock}, the first one) did not reach the first SYNC0 within {} s: it is not running",
                     TO_OP.as_secs()
                 ));
             }

@@ -113,7 +113,7 @@ pub(super) struct TerminalOptions {
     pub at: usize,
     /// Channels by name; if omitted, all entries of the terminal.
     pub channels: Option<BTreeMap<String, ChannelOptions>>,
-    /// Process data as in its vendor's file; if omitted, as in its EEPROM.
+    /// Process data as described in the vendor's file; if omitted, as described in the EEPROM.
     pub pdos: Option<Vec<PdoOptions>>,
     vendor: Option<u32>,
     product: Option<u32>,

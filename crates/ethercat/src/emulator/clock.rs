@@ -63,7 +63,8 @@ impl Clock {
         self.local_ns as u64
     }
 
-    /// Processes a comparison of the clock's time with that of the reference clock, towards which it is corrected; ns.
+    /// Handles a comparison of the clock's time with that of the reference clock, and corrects the clock towards the reference clock. The
+    /// difference is in ns.
     pub fn compare(&mut self, difference_ns: i32) {
         let span_ns = self.now_ns.saturating_sub(self.compared_ns).max(1_000);
         let is_first = self.compared_ns == 0;
@@ -87,7 +88,7 @@ impl Clock {
         magnitude | u32::from(self.difference_ns < 0.0) << 31
     }
 
-    /// Starts or stops SYNC0. A start in the past never takes effect.
+    /// Starts or stops SYNC0. A start time in the past never takes effect.
     pub fn set_sync(&mut self, start: Option<(u64, u32)>, system_ns: u64) {
         let usable = start.filter(|(next_ns, cycle_ns)| *next_ns > system_ns && *cycle_ns > 0);
         self.sync = usable.map(|(next_ns, cycle_ns)| Sync { next_ns, cycle_ns: cycle_ns.into() });

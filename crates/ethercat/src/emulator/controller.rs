@@ -21,7 +21,7 @@ pub struct Controller {
     eeprom: Vec<u8>,
     wiring: Wiring,
     pub clock: Clock,
-    /// Time that a frame takes from port 1 through all subdevices behind it and back, ns; `None` if there are no such subdevices.
+    /// Time that a frame takes from port 1 through all subsequent subdevices and back, ns; `None` if there are no such subdevices.
     behind_ns: Option<u64>,
 }
 
@@ -157,7 +157,7 @@ impl Controller {
         self.clock.set_sync(is_on.then_some(start), system_ns);
     }
 
-    /// Returns true if SYNC0 is enabled, even if it does not occur.
+    /// Returns true if SYNC0 is enabled, even if no SYNC0 event occurs.
     pub fn is_synchronised(&self) -> bool {
         self.memory[usize::from(reg::SYNC_ACTIVATION)] & reg::SYNC0_ON == reg::SYNC0_ON
     }
@@ -265,7 +265,8 @@ impl Controller {
         self.set_word(reg::EEPROM, status);
     }
 
-    /// Processes a logical datagram with the FMMUs; returns whether reading (1) and writing (2) took place.
+    /// Processes a logical datagram with the FMMUs. Returns the sum of 1 if data were read and 2 if data were written, and the effects of
+    /// the write.
     pub fn logical(&mut self, start: u32, data: &mut [u8], reads: bool, writes: bool) -> (u16, WriteEffects) {
         let mut done = (false, false);
         let mut changed = WriteEffects::default();
@@ -295,7 +296,7 @@ impl Controller {
         (u16::from(done.0) | u16::from(done.1) << 1, changed)
     }
 
-    /// Reads some bits of one byte. Used by main devices that map mailbox status bits into their process data to poll the mailboxes.
+    /// Reads some bits of one byte. Main devices use this to poll the mailboxes, by mapping mailbox status bits into their process data.
     fn read_bits(&mut self, fmmu: usize, physical: u16, of: &mut [u8]) -> bool {
         let (first, last, from) = (self.memory[fmmu + 6], self.memory[fmmu + 7], self.memory[fmmu + 10]);
         let (Some(to), true) = (of.first_mut(), first <= last && last < 8 && from < 8) else { return false };

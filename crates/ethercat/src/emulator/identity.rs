@@ -27,7 +27,7 @@ pub fn identify(objects: &mut Objects, options: &DriveOptions, serial: u32) {
     }
 }
 
-/// Maps the default process data: the three cyclic modes, selected by 0x6060.
+/// Maps the default process data, which support the three cyclic modes; object 0x6060 selects the mode.
 pub fn map(objects: &mut Objects) {
     use Access::Configured;
     const OUTPUTS: [u32; 5] = [0x6040_0010, 0x607A_0020, 0x60FF_0020, 0x6071_0010, 0x6060_0008];

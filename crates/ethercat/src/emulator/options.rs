@@ -13,7 +13,7 @@ pub struct DriveOptions {
     pub position: i32,
     /// True (the default) if its outputs have a watchdog.
     pub watchdog: Option<bool>,
-    /// Positions of the limit switches of its machine, counts; if omitted, it has no limit switches.
+    /// Positions of the machine's limit switches, counts; if omitted, there are no switches.
     pub limits: Option<[f64; 2]>,
     /// Speed at which a load falls if neither the brake nor the motor holds it, counts/s; if omitted, there is neither load nor brake.
     pub falls: Option<f64>,

@@ -103,7 +103,7 @@ impl Segment {
         frame[at] ^= 1 << (self.random >> 29 & 7);
     }
 
-    /// Loses the next frames.
+    /// Drops the next frames.
     pub fn lose(&mut self, frames: u64) {
         self.lose = frames;
     }
@@ -123,7 +123,7 @@ impl Segment {
         self.cut_at = self.subdevices.len();
     }
 
-    /// Swaps two drives on the line, as happens when cables are mixed up. Both are without power meanwhile.
+    /// Swaps two drives on the line, as happens when cables are mixed up. Both are without power during the swap.
     pub fn swap(&mut self, position: usize, other: usize) {
         if position.max(other) < self.subdevices.len() {
             self.subdevices.swap(position, other);
@@ -167,7 +167,7 @@ impl Segment {
         self.subdevices.get(position)?.terminal().map(|terminal| terminal.carried())
     }
 
-    /// Returns an object of a drive as a number, as its display would show it.
+    /// Returns an object dictionary entry of a drive as a number, as its display would show it.
     pub fn number(&self, position: usize, index: u16) -> i64 {
         self.subdevices.get(position).map_or(0, |subdevice| subdevice.number(index))
     }

@@ -33,8 +33,8 @@ pub fn serve(interface: &str, segment: Segment) -> io::Result<Server> {
     serve_by(interface, segment, time, Idle::GoesOn)
 }
 
-/// Serves as [`serve`] does, using for each frame the time that `time` returns, ns; it must never decrease. A test then does not depend
-/// on the system load.
+/// Serves as [`serve`] does, but takes the time of each frame from `time`, in ns; this time must never decrease. A test then does not
+/// depend on the system load.
 ///
 /// # Errors
 /// Fails as [`serve`] does.
@@ -45,7 +45,7 @@ pub fn serve_at(interface: &str, segment: Segment, time: impl FnMut() -> u64 + S
 /// Behaviour of a segment's time when no frames arrive.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Idle {
-    /// Time elapses, and drives notice the lack of commands, as real drives do.
+    /// Time elapses, and drives detect the lack of commands, as real drives do.
     GoesOn,
     Stands,
 }

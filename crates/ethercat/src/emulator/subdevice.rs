@@ -24,7 +24,7 @@ const DRIVE_INPUTS: usize = 3;
 /// AL status code for an expired watchdog.
 const WATCHDOG: u16 = 0x001B;
 
-/// History of the SYNC0 and the clock of a drive.
+/// History of a drive's clock and SYNC0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct SyncHistory {
     /// Delay from the reference clock, as written by a main device, ns.
@@ -118,7 +118,7 @@ impl Subdevice {
         self.number(0x6064) as i32
     }
 
-    /// Returns an object as a number; 0 if it does not exist.
+    /// Returns an object dictionary entry as a number; 0 if it does not exist.
     pub fn number(&self, index: u16) -> i64 {
         self.objects.find(crate::coe::Entry { index, sub: 0 }).map_or(0, |at| self.objects.number(at))
     }
@@ -194,7 +194,7 @@ impl Subdevice {
         SyncHistory { delay_ns: u32::from(delay[0]) | u32::from(delay[1]) << 16, difference_ns, ..self.synced }
     }
 
-    /// Counts the SYNC0 events since the last frame; outputs that arrived before these events take effect.
+    /// Counts the SYNC0 events since the last frame, and applies the outputs that arrived before these events.
     fn sync(&mut self) {
         let system_ns = self.controller.system_ns();
         let came = self.controller.clock.synced(system_ns);

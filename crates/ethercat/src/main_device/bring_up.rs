@@ -57,7 +57,8 @@ pub struct Line {
     pub synced_from_ns: Option<u64>,
 }
 
-/// Brings the requested subdevices of a line that was taken over to SAFEOP, with their clocks and SYNC0 if `clocks` is passed.
+/// Brings the requested subdevices to SAFEOP, with their clocks and SYNC0 if `clocks` is passed. The line must already have been taken
+/// over.
 ///
 /// # Errors
 /// Fails with a message that names the subdevice.

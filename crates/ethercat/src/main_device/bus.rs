@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 /// Time to wait for an answer before the frame is sent again, and maximum number of attempts.
 const TRY: Duration = Duration::from_millis(200);
 const TRIES: usize = 10;
-/// First index of frames sent outside the cycle; frames of the cycle have smaller ones. Both receive each other's answers on the same
-/// interface.
+/// First index of frames sent outside the cycle; frames of the cycle have smaller ones. The ranges differ because each side receives the
+/// other's answers on the same interface.
 pub const OFF_CYCLE: u8 = 0x80;
-/// Source address of the frames, which no network adapter has.
+/// Source MAC address of the frames; no real network adapter has this address.
 pub const SOURCE: [u8; 6] = [0x10, 0x47, 0x50, 0x41, 0x43, 0x01];
 
 /// Access to a segment outside the cycle.
@@ -122,7 +122,7 @@ impl Bus {
 pub fn open_link(interface: &str) -> Result<Link, String> {
     Link::open(interface).map_err(|error| {
         let remedy = match error.kind() {
-            std::io::ErrorKind::PermissionDenied => "give the program the right cap_net_raw",
+            std::io::ErrorKind::PermissionDenied => "give the program the capability cap_net_raw",
             _ => "list the interfaces with `ip link`; use local:NAME for an emulated segment",
         };
         format!("interface '{interface}' cannot be opened: {error}; {remedy}")

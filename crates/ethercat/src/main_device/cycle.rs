@@ -156,7 +156,7 @@ impl Cycle {
         Ok(FrameAnswer::Nothing)
     }
 
-    /// Waits for the answer. Only for use outside the cycle.
+    /// Waits for the answer. Must be used only outside the cycle.
     pub fn wait(&mut self, time: std::time::Duration) -> std::io::Result<FrameAnswer> {
         let until = std::time::Instant::now() + time;
         loop {

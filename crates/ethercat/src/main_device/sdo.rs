@@ -76,7 +76,7 @@ impl Mailbox {
         Ok(())
     }
 
-    /// Returns an object of up to 4 bytes as a number.
+    /// Reads an object dictionary entry of up to 4 bytes as a number.
     pub fn number(&mut self, bus: &mut Bus, index: u16, sub: u8) -> Result<u32, String> {
         let value = self.upload(bus, Entry { index, sub })?;
         Ok(value.iter().take(4).rev().fold(0, |number, byte| number << 8 | u32::from(*byte)))
@@ -85,7 +85,7 @@ impl Mailbox {
     fn room(&self) -> Result<usize, String> {
         let room = usize::from(self.to.len);
         let fits = (coe::SDO_LEN + 8..=MAILBOX_MAX).contains(&room) && (coe::SDO_LEN..=MAILBOX_MAX).contains(&usize::from(self.from.len));
-        if fits { Ok(room) } else { Err(format!("the subdevice with station address {:#06x} has no mailbox for objects", self.station)) }
+        if fits { Ok(room) } else { Err(format!("the subdevice with station address {:#06x} has no CoE mailbox", self.station)) }
     }
 
     /// Sends a message and waits for its answer; other messages are ignored.
@@ -123,6 +123,6 @@ fn unexpected(of: Entry, answer: Option<Sdo<'_>>) -> String {
     let object = format!("object {:#06x}:{}", of.index, of.sub);
     match answer {
         Some(Sdo::Abort(_, code)) => format!("{object}: the subdevice aborted with {code:#010x}, {}", abort_name(code)),
-        other => format!("{object}: the subdevice answered something else: {other:?}"),
+        other => format!("{object}: the subdevice gave an unexpected answer: {other:?}"),
     }
 }

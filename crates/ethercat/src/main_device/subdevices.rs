@@ -45,7 +45,7 @@ impl Subdevice {
         let find = |kind| self.contents.sync_managers.iter().find(|manager| manager.kind == kind).copied();
         match (find(1), find(2)) {
             (Some(to), Some(from)) if self.contents.has_coe => Ok(Mailbox { station: self.station, to, from, counter: 0 }),
-            _ => Err(format!("{} has no objects (CoE), so it is not a drive by CiA 402", self.title())),
+            _ => Err(format!("{} has no CoE object dictionary, so it is not a CiA 402 drive", self.title())),
         }
     }
 

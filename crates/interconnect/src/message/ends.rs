@@ -96,7 +96,7 @@ impl WritingEnd {
         !self.rows.is_empty()
     }
 
-    /// Records that the reading end has received the first `count` rows. Returns true if this is new.
+    /// Records that the reading end has received the first `count` rows. Returns true if this had not been recorded yet.
     pub fn rows_received(&mut self, count: u64) -> bool {
         let news = count.min(self.pushed).saturating_sub(self.received);
         self.rows.drain(..news as usize);

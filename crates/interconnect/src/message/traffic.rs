@@ -37,8 +37,8 @@ impl Traffic {
         raise_ns.into_iter().chain(self.next_event()).min()
     }
 
-    /// Processes everything that is due by `now_ns`, each event at its own time. Time never runs backwards: a firing publishes with its
-    /// release time, although later calls may have been made since.
+    /// Processes everything that is due by `now_ns`, each event at its own time. Time never runs backwards, even if a firing publishes
+    /// with its release time after calls with later times have been made.
     pub(super) fn run_until(&mut self, now_ns: i64) {
         let now_ns = now_ns.max(self.now_ns);
         while let Some(at_ns) = self.next_event().filter(|at_ns| *at_ns <= now_ns) {
@@ -246,7 +246,7 @@ impl Traffic {
 }
 
 struct Connection {
-    /// Reading source.
+    /// Source that reads from the connection.
     reader: u32,
     writing: WritingEnd,
     reading: ReadingEnd,

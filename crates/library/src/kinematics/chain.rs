@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Chain of joints from the base of an arm to its tool, as a product of exponentials.
 //!
-//! Each joint is a line in space with the arm at zero: its axis and a point on it. The pose of the tool is base exp(ξ₁ q₁) … exp(ξₙ qₙ)
-//! home tool (Brockett, *Robotic manipulators and the product of exponentials formula*, 1984; Lynch and Park, *Modern Robotics*, 2017,
-//! section 4.1), so no link frames need to be chosen.
+//! Each joint is described by a line in space, with the arm at zero: its axis and a point on it. The pose of the tool is base exp(ξ₁ q₁)
+//! … exp(ξₙ qₙ) home tool (Brockett, *Robotic manipulators and the product of exponentials formula*, 1984; Lynch and Park, *Modern
+//! Robotics*, 2017, section 4.1), so no link frames need to be chosen.
 use super::JOINTS_MAX;
 use super::matrix::{Square, eigenvalues};
 use super::pose::{Numbers, Pose, add, cross, length, product, rotate, scale, subtract, turn};
@@ -157,7 +157,7 @@ impl Arm<'_> {
         rows
     }
 
-    /// Returns the minimum singular value of a Jacobian among those that such an arm can make nonzero: with fewer than six joints, one
+    /// Returns the minimum of the singular values of a Jacobian that this arm can make nonzero; with fewer than six joints, there is one
     /// per joint.
     pub fn least_singular_value(&self, jacobian: &[[f64; 6]; JOINTS_MAX]) -> f64 {
         let moving = (0..self.n).filter(|i| self.moves(*i)).count();

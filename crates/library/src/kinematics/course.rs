@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Course of the tool: a straight line or a circular arc, turning along the way, as a closed form of a coordinate from 0 to 1.
+//! Course of the tool: a straight line or a circular arc along which the tool may turn, in closed form as a function of a coordinate from
+//! 0 to 1.
 //!
 //! An arc is described by angles at its points and not by its centre: the centre of three nearly collinear points is far away and
 //! ill-conditioned, but the tangent and the length are well-conditioned. With φ = angle · s, the position is start + along s sin(φ)/φ +
@@ -144,7 +145,7 @@ impl Course {
         (length(self.along), length(self.turn))
     }
 
-    /// Returns the limits of the position along the course, reduced by the centripetal acceleration.
+    /// Returns the limits of the position along the course, reduced to allow for the centripetal acceleration.
     pub fn along_it(&self, linear: Limits) -> Limits {
         if self.angle == 0.0 {
             return linear;
@@ -197,7 +198,7 @@ fn turns(start: &Pose, arc: &Arc, share: f64) -> ([f64; 3], [f64; 3]) {
     if length(bend) < UNBENT { (goal, [0.0; 3]) } else { (subtract(goal, bend), bend) }
 }
 
-/// Returns the equivalent rotation vector that is nearest to `near`, because a turn may exceed half a revolution.
+/// Returns the equivalent rotation vector that is nearest to `near`. A turn may exceed half a revolution, so the vector is not unique.
 fn goes_on(turn: [f64; 3], near: [f64; 3]) -> [f64; 3] {
     let angle = length(turn);
     let axis = if angle > UNBENT { scale(turn, 1.0 / angle) } else { scale(near, -1.0 / length(near).max(UNBENT)) };

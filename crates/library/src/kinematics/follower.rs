@@ -26,7 +26,7 @@ pub struct Follower {
     span: Span,
     /// True if the motion is coming to rest because time was lost.
     is_lost: bool,
-    /// Joint positions of the previous invocation.
+    /// Joint positions in the previous invocation.
     q: [f64; JOINTS_MAX],
     tail: Tail,
 }
@@ -64,7 +64,7 @@ pub struct FollowerInputs<'a> {
     pub cell_override: &'a [f64],
     pub holding: bool,
     pub speed_max: &'a [f64],
-    /// Maximum single loss of time, s.
+    /// Maximum time lost in a single gap, s.
     pub gap_max: &'a [f64],
     pub invocation: &'a Invocation,
 }
@@ -83,7 +83,7 @@ pub struct FollowerOutputs {
     pub held: bool,
     /// Completed fraction, 0 to 1, at which the arm cannot continue to follow the motion.
     pub singular: Option<f64>,
-    /// Time lost, s, if the motion is at rest because a single loss of time exceeded the maximum.
+    /// Time lost, s, if the motion is at rest because the time lost in a single gap exceeded the maximum.
     pub gap_s: Option<f64>,
 }
 
@@ -105,7 +105,7 @@ impl FollowerOutputs {
     }
 }
 
-/// Checks that there is a plan for `n` joints; the error is the code of a fault.
+/// Checks that there is a plan for `n` joints; the error is a fault code.
 pub fn check(plan: f64, joints: i32, n: usize) -> Result<(), u32> {
     match plan {
         plan if plan < 1.0 => Err(NO_PLAN),
@@ -119,7 +119,7 @@ impl Follower {
     /// follow.
     ///
     /// # Errors
-    /// Returns the code of a fault if an override is not within 0 and 1.
+    /// Returns a fault code if an override is not between 0 and 1.
     pub fn follow(&mut self, arm: &Arm, way: &impl Way, asked: &FollowerInputs, lost: &mut f64) -> Result<FollowerOutputs, u32> {
         let allowed = pace::allowed(asked.r#override, asked.cell_override).ok_or(BAD_LIMIT)?;
         let (from, to) = way.ends();

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Inverse kinematics by damped least squares, within the ranges of the joints.
 //!
-//! dq = Jᵀ (J Jᵀ + λ)⁻¹ e (Levenberg and Marquardt), with λ proportional to the error, so that it is a Newton step near the goal and a
-//! short step near a singularity (Sugihara, *Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method*, IEEE
+//! dq = Jᵀ (J Jᵀ + λ)⁻¹ e (Levenberg and Marquardt), with λ proportional to the error, so that the step is a Newton step near the goal,
+//! and short near a singularity (Sugihara, *Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method*, IEEE
 //! Transactions on Robotics, 2011). A joint at an end of its range that would move beyond it is excluded from the step.
 use super::JOINTS_MAX;
 use super::chain::{Arm, Posture, gram};
@@ -18,14 +18,14 @@ const DAMPING_MIN: f64 = 1e-14;
 /// Number of iterations per attempt, sufficient for half a revolution.
 const ITERATIONS: u32 = 80;
 
-/// Maximum error that counts as reached.
+/// Maximum error at which the goal counts as reached.
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerance {
     /// m
     pub position: f64,
     /// Maximum angle, rad.
     pub angle: f64,
-    /// True if the orientation counts.
+    /// True if the orientation must also be reached.
     pub orientation: bool,
 }
 
@@ -42,7 +42,7 @@ pub struct InverseSolution {
     pub q: [f64; JOINTS_MAX],
     /// Distance of the tool from the goal, m.
     pub position_error: f64,
-    /// Angle of the tool from the goal, rad; 0 if the orientation does not count.
+    /// Angle between the tool and the goal, rad; 0 if the orientation is ignored.
     pub angle_error: f64,
     pub reached: bool,
     /// Joint at an end of its range that would have to move beyond it.

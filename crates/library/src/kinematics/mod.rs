@@ -16,11 +16,11 @@ pub mod tool_jog;
 
 /// Maximum number of joints of a chain.
 pub const JOINTS_MAX: usize = 16;
-/// The chain is for another number of joints, or one of its axes or frames is not a unit vector or quaternion.
+/// The chain has a different number of joints, or one of its axes or frames is not a unit vector or quaternion.
 pub const BAD_CHAIN: u32 = 1;
 /// A position is not a finite number, or the quaternion of a pose is not a unit quaternion.
 pub const BAD_POSE: u32 = 2;
-/// A speed, acceleration or jerk limit is not above 0, or an override is not within 0 and 1.
+/// A speed, acceleration or jerk limit is not above 0, or an override is not between 0 and 1.
 pub const BAD_LIMIT: u32 = 3;
 /// There is no planned line: the planner has not run, or has not found one.
 pub const NO_PLAN: u32 = 4;

@@ -4,7 +4,7 @@
 //! The position of the tool moves along a path of four coordinates: x, y, z, and the angle rotated since the start, so that the
 //! orientation has a speed and an acceleration too. On a line, the orientation turns uniformly about one axis; in a blend, it changes
 //! from one rotation to the other in the same way as the position (de Casteljau's construction, with rotations in place of lines).
-//! Inverse kinematics follows the whole path in advance, and the path is slowed down as a whole until no joint exceeds its limits
+//! Inverse kinematics is solved along the whole path in advance, and the path is slowed down as a whole until no joint exceeds its limits
 //! anywhere.
 pub(crate) mod generator;
 pub(crate) mod planner;

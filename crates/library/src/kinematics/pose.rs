@@ -14,7 +14,7 @@ const LENGTH_TOLERANCE: f64 = 1e-3;
 pub struct Pose {
     /// m
     pub position: [f64; 3],
-    /// unit quaternion, w first
+    /// Unit quaternion, w first.
     pub quaternion: [f64; 4],
 }
 

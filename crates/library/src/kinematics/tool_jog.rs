@@ -273,7 +273,7 @@ fn along(wish: &Wish, heading: &Heading, slopes: &[f64; JOINTS_MAX]) -> Limits {
 }
 
 /// Checks that a pose at rest is not too close to a singularity ahead, where the joints would move so far for a small displacement of the
-/// tool that the direction is abandoned. The way back, along which the slopes decrease, is always free.
+/// tool that the direction is abandoned. Motion in the opposite direction, along which the slopes decrease, is always permitted.
 fn check_approach(arm: &Arm, wish: &Wish, heading: &Heading, now: &[f64; JOINTS_MAX], rest: &[f64; JOINTS_MAX]) -> Result<(), Obstacle> {
     let slowest = SLOWEST * wish.twist.speed();
     let then = slopes(arm, heading, rest);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Motion of one coordinate: its limits, its end, and comparison with ruckig.
+//! Tests of the motion of one coordinate: its limits, its end, and a comparison with ruckig.
 use super::*;
 use proptest::prelude::*;
 

@@ -3,9 +3,9 @@
 
 /// There is no planned path: the planner has not run, or has not found one.
 pub(crate) const NO_PLAN: u32 = 1;
-/// The path was planned for another number of joints.
+/// The path was planned for a different number of joints.
 pub(crate) const OTHER_SIZE: u32 = 2;
-/// An override is not within 0 and 1.
+/// An override is not between 0 and 1.
 pub(crate) const BAD_OVERRIDE: u32 = 3;
 /// Number of intervals into which a period is divided to check a change of pace against the limits, because a short line or blend may lie
 /// between two set-points.
@@ -50,7 +50,7 @@ macro_rules! path_generator {
             /// true: bring the motion to rest and keep it there
             #[input(asynchronous, default = false)]
             holding: bool,
-            /// maximum single loss of time; if it is exceeded, the motion comes to rest
+            /// maximum time lost in a single gap; if it is exceeded, the motion comes to rest
             #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
             gap_max: [f64; 16],
             /// maximum acceleration of each joint
@@ -71,7 +71,7 @@ macro_rules! path_generator {
             /// time at which the set-points are stored, ns of the system clock
             #[output(sized)]
             setpoint_time: [i64; 16],
-            /// longest single loss of time so far
+            /// longest time lost in a single gap so far
             #[output(unit = "s")]
             lost: f64,
             /// completed fraction of the path's duration, 0 to 1
@@ -89,7 +89,7 @@ macro_rules! path_generator {
             /// the motion is at rest because of `holding`
             #[condition]
             held: Condition,
-            /// the motion is at rest because a single loss of time exceeded `gap_max`; the value is the time lost, s
+            /// the motion is at rest because the time lost in a single gap exceeded `gap_max`; the value is the time lost, s
             #[condition]
             gap: ConditionOf<f64>,
             /// number of the path being executed

@@ -63,7 +63,7 @@ macro_rules! path_planner {
             /// planned path
             $(#[$path])*
             path: $path_type,
-            /// last way-point, for blocks that compare
+            /// last way-point, for comparison by other blocks
             #[output(sized)]
             target: [f64; 16],
             /// duration of the motion

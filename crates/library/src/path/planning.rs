@@ -61,9 +61,9 @@ enum Pass {
 }
 
 impl Planning {
-    /// Begins a path from `start`. The first `space` coordinates are a position, whose speed, acceleration and blend are those of the
-    /// point, with the first limits. One blend uses at most a fraction of a line, the better one of up to two `shares`. The way-points
-    /// are added next; then [`advance`](Planning::advance) plans the path.
+    /// Begins a path from `start`. The first `space` coordinates form a position: its speed, acceleration and blend are those of the
+    /// point as a whole, and its limits are the first ones. One blend uses at most a fraction of a line, the better one of up to two
+    /// `shares`. The way-points are added next; then [`advance`](Planning::advance) plans the path.
     pub fn begin(table: &mut Table, space: usize, start: &[f64], shares: &[f64]) -> Planning {
         (*table.plan, *table.joints, *table.points, *table.space) = (BEING_PLANNED, start.len() as i32, 1, space as i32);
         table.q[0][..start.len()].copy_from_slice(start);

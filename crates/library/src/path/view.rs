@@ -55,7 +55,7 @@ impl View<'_> {
         if self.space > 0 { measures[0] } else { measures.iter().fold(0.0, |most: f64, x| most.max(*x)) }
     }
 
-    /// Returns the way-point before the line, or the blend after it, at a time.
+    /// Returns the way-point before the position at a time, which is on the line after it or in the blend at the end of that line.
     fn after(&self, time_s: f64) -> usize {
         // The times never decrease.
         self.begin[1..self.points.saturating_sub(1).max(1)].partition_point(|begin| *begin <= time_s)
@@ -101,7 +101,7 @@ impl View<'_> {
     }
 
     /// Computes the position, velocity and acceleration of each joint at `time_s`. Before time 0, the joints are at rest at the start;
-    /// from the duration on, they are exactly at the last way-point.
+    /// after the duration has elapsed, they are exactly at the last way-point.
     pub fn evaluate(&self, time_s: f64, position: &mut [f64], velocity: &mut [f64], acceleration: &mut [f64]) {
         let last = self.points.saturating_sub(1);
         velocity.fill(0.0);

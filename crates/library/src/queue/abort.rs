@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A move that replaces those before it: the path ends near where the motion can come to rest, and blends into the move if that is possible.
+//! A move that replaces the moves before it: the path ends near the point where the motion can come to rest, and blends into the move if
+//! possible.
 use super::draft::Surroundings;
 use super::run::Run;
 use super::span::Span;
 use super::{MoveEnd, Piece, QueuedMove, QueuedPath, Refusal, Shrunk, Tip};
 
-/// Fractions of a piece by which it ends behind the place where the motion rests; the smallest that it can follow is used.
+/// Fractions of a piece by which its new end lies beyond the point where the motion comes to rest; the smallest one that the motion can
+/// follow is used.
 const MARGINS: [f64; 5] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5];
-/// Fraction of the way to the end of the path that a blend may take.
+/// Fraction of the distance to the end of the path that a blend may take.
 const REACH: f64 = 0.95;
-/// Ends of the path, in distances in which the motion comes to rest, that are tried for a blend; behind the last one it rests.
+/// Ends of the path that are tried for a blend, as multiples of the stopping distance. If none of them allows a blend, the motion comes
+/// to rest at the last one.
 const ENDS: [f64; 3] = [2.5, 1.6, 1.0];
 
-/// State of a path before a cut, to undo it.
+/// State of a path before a cut, kept to undo the cut.
 struct Before {
     end_piece: i64,
     end_span: i64,
@@ -21,8 +24,8 @@ struct Before {
 }
 
 impl QueuedPath {
-    /// Ends the path near the place where the motion can come to rest, and drops what is behind: a little further if it can blend into
-    /// the move that way. A motion that goes back has to rest first.
+    /// Ends the path near the point where the motion can come to rest, or a little further if it can then blend into the move, and drops
+    /// the remainder. A motion that runs backwards must come to rest first.
     pub(super) fn abort(&mut self, asked: &QueuedMove, around: &Surroundings, run: &Run) -> Result<(), Refusal> {
         for end in ENDS {
             self.end_at(end, run)?;
@@ -36,7 +39,7 @@ impl QueuedPath {
         Ok(())
     }
 
-    /// Ends the path at a multiple of the distance in which the motion comes to rest.
+    /// Ends the path at a multiple of the stopping distance.
     fn end_at(&mut self, end: f64, run: &Run) -> Result<(), Refusal> {
         if self.end_piece == self.first_piece {
             return Ok(());
@@ -74,12 +77,12 @@ impl QueuedPath {
         Ok(())
     }
 
-    /// Notes that a move is replaced by a later one.
+    /// Records that a move has been replaced by a later one.
     pub fn note_aborted(&mut self, number: i64) {
         *self.end_of(number) = MoveEnd { number, kept: 0.0, reason: Shrunk::Aborted as i64 };
     }
 
-    /// Shortens a piece, which becomes the last one; returns false, and changes nothing, if the motion cannot follow that.
+    /// Shortens a piece, which becomes the last one. Returns false, and changes nothing, if the motion cannot follow the shortened path.
     fn cut(&mut self, number: i64, length: f64, run: &Run) -> bool {
         let mut piece = *self.piece(number);
         let (last, s) = self.span_at(&piece, length);

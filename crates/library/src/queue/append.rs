@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Appends a move to a path: its shape, its length in the path coordinate, its limits, and the speeds at all boundaries.
 //!
-//! The path coordinate is scaled so that the joints' derivatives by it have equal magnitudes on both sides of a corner: then the speed
-//! needs no step where a blend begins and ends.
+//! The path coordinate is scaled so that the joints' derivatives with respect to it have equal magnitudes on both sides of a corner. The
+//! speed therefore has no step where a blend begins or ends.
 use super::blend::{Corner, SPANS_OF_BLEND};
 use super::draft::{Draft, Surroundings};
 use super::law::{self, OF_MOVES};
@@ -17,18 +17,19 @@ use opengpac::Type;
 
 /// Minimum acceptable fraction of the requested speed of the tool.
 const SLOWEST: f64 = 0.02;
-/// Distance of the joints' goals below which there is nothing to move, rad or m, and of the tool.
+/// Displacement of the joints (rad or m) or of the tool below which there is no motion.
 const NOTHING: f64 = 1e-9;
-/// Displacement that counts like a turn of 1 rad, for a course that only turns, m.
+/// Displacement that is equivalent to a rotation of 1 rad, for a course that only rotates, m.
 const LEVER: f64 = 0.25;
 /// Number of pieces that a move adds: its body and the two halves of a blend.
 const PIECES_OF_MOVE: i64 = 3;
 const UNBOUNDED: Limits = Limits { speed: f64::INFINITY, acceleration: f64::INFINITY, jerk: f64::INFINITY };
 
 impl QueuedPath {
-    /// Appends a move at the end of the path, on which `run` is the present state. A refused move changes nothing.
+    /// Appends a move to the end of the path; `run` is the current state of the motion on it.
     ///
-    /// An aborting move first ends the path; if it is refused, the motion comes to rest there.
+    /// A refused move changes nothing, with one exception: an aborting move first ends the path, so if the move itself is then refused, the
+    /// motion comes to rest at that end.
     pub fn append(&mut self, asked: &QueuedMove, around: &Surroundings, run: &Run) -> Result<(), Refusal> {
         if asked.mode == ABORTING {
             self.abort(asked, around, run)?;
@@ -53,7 +54,7 @@ impl QueuedPath {
         Ok(())
     }
 
-    /// Makes the shape of a move, and its limits; `None` if it goes nowhere.
+    /// Creates the shape of a move, and its limits; `None` if the move has no displacement.
     pub(super) fn draft(&mut self, asked: &QueuedMove, around: &Surroundings, is_blended: bool) -> Result<Option<Draft>, Refusal> {
         let is_mark = |mark: &MarkWish| (0..=OUTPUTS_MAX as i32).contains(&mark.output) && mark.before >= 0.0 && are_finite(&[mark.before, mark.ahead]);
         if !(asked.blend.is_finite() && asked.blend >= 0.0 && asked.duration.is_finite() && asked.duration >= 0.0 && asked.marks.iter().all(is_mark)) {
@@ -131,7 +132,7 @@ impl QueuedPath {
         }))
     }
 
-    /// Adds the marks of a move; `part` returns the fraction of the move that a distance in a unit is.
+    /// Adds the marks of a move; `part` converts a distance in a unit to a fraction of the move.
     fn mark(&mut self, asked: &QueuedMove, part: impl Fn(f64, i64) -> f64) {
         let wishes = asked.marks.iter().filter(|wish| wish.output != 0);
         self.add_marks(wishes.map(|wish| Mark {
@@ -142,13 +143,13 @@ impl QueuedPath {
         }));
     }
 
-    /// Returns the magnitude of the joints' derivatives where the path ends.
+    /// Returns the magnitude of the joints' derivatives at the end of the path.
     fn norm_at_end(&self, around: &Surroundings) -> f64 {
         let last = self.piece(self.end_piece - 1);
         weighted(&self.place(last, last.length).first, around.joints)
     }
 
-    /// Drops pieces that have been passed until there is room for a move with so many spans.
+    /// Drops completed pieces until there is space for a move with this number of spans.
     fn make_room(&mut self, spans: i64, run: &Run) -> Result<(), Refusal> {
         let first = self.first_piece;
         let is_full = |path: &QueuedPath| {
@@ -168,7 +169,7 @@ impl QueuedPath {
         Ok(())
     }
 
-    /// Notes how the last move ends.
+    /// Records the end of the last move.
     fn close_tip(&mut self, corner: &Corner) {
         let Tip { number, blend, .. } = self.tip;
         if number == 0 || self.end_of(number).reason == Shrunk::Aborted as i64 {
@@ -179,7 +180,7 @@ impl QueuedPath {
         *self.end_of(number) = MoveEnd { number, kept, reason: reason as i64 };
     }
 
-    /// Shortens the last move and adds the blend, or marks a stop. Returns the length of the next move that the blend takes.
+    /// Shortens the last move and adds the blend, or marks a stop. Returns the length that the blend takes from the next move.
     fn add_corner(&mut self, corner: &Corner, draft: &Draft, asked: &QueuedMove) -> f64 {
         if self.end_piece == self.first_piece {
             return 0.0;
@@ -213,7 +214,7 @@ impl QueuedPath {
         corner.reach
     }
 
-    /// Adds the draft without the part `cut` at its start.
+    /// Adds the draft, except for the length `cut` at its start.
     fn add_body(&mut self, asked: &QueuedMove, draft: &Draft, cut: f64) {
         let first = self.end_span;
         let mut before = 0.0;
@@ -252,7 +253,8 @@ impl QueuedPath {
         self.end_piece += 1;
     }
 
-    /// Computes the speeds at the ends of all pieces from `first` on, from which the end of the path can be reached.
+    /// Computes the speeds at the ends of the pieces, from `first` onwards, from which the motion can still come to rest at the end of
+    /// the path.
     pub(super) fn update_exits(&mut self, first: i64) {
         let mut exit = 0.0;
         for number in (first.max(self.first_piece)..self.end_piece).rev() {
@@ -265,7 +267,8 @@ impl QueuedPath {
         }
     }
 
-    /// Computes the speeds at the starts of all pieces from `first` on, from which the start of the path can be reached on the way back.
+    /// Computes the speeds at the starts of the pieces, from `first` onwards, from which a motion that runs backwards can still come to
+    /// rest at the start of the path.
     fn update_entries(&mut self, first: i64) {
         for number in first..self.end_piece {
             let entry = if number == self.first_piece {

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Blends: curves in joint space of continuous curvature from the end of one move to the start of the next.
+//! Blends: curves of continuous curvature in joint space, from the end of one move to the start of the next.
 //!
-//! A blend leaves a move at a distance before its goal and joins the next at the same distance behind it, in the path coordinate. It is
-//! the path with the corner, and a kink of its first derivative that is spread over the blend: its second derivative rises linearly,
-//! stays, and falls linearly. The rises are as short as jerk and acceleration of the joints make it best. A blend becomes smaller if it
-//! would take more than half of a move or if the arm is too near, and there is none if a stop would be faster; the reason is reported.
+//! A blend leaves a move at a distance before its goal, and joins the next move at the same distance after that point, in the path
+//! coordinate. It is the path with the corner, except that the step of the first derivative is spread over the blend: the second
+//! derivative rises linearly, is constant, and falls linearly. The length of the rise is chosen so that the jerk and acceleration limits
+//! of the joints allow the highest speed. A blend is reduced if it would take more than half of a move or if the arm is too near, and it
+//! is omitted if a stop would be faster; the reason is reported.
 use super::draft::{Draft, Surroundings};
 use super::law::{self, OF_BLENDS};
 use super::span::{Joints, Place, Span};
@@ -13,18 +14,18 @@ use crate::online::Profile;
 use crate::profile::{JOINTS_MAX, Limits};
 use opengpac::Type;
 
-/// Fraction of a move that a blend may take: a little less than half, so that something remains between two blends.
+/// Fraction of a move that a blend may take. It is slightly less than half, so that something remains between two blends.
 const HALF: f64 = 0.5 - 1e-6;
 /// Number of times that a blend is halved before the path stops instead.
 const HALVINGS: u32 = 6;
-/// Fractions of a blend in which its second derivative rises, and falls; the fastest is used.
+/// Fractions of a blend over which its second derivative rises, and over which it falls; the one that gives the fastest blend is used.
 const RISES: [f64; 5] = [0.4, 0.3, 0.2, 0.12, 0.06];
 /// Number of spans of a blend.
 pub(super) const SPANS_OF_BLEND: i64 = 4;
 
 /// Corner between two moves.
 pub(super) struct Corner {
-    /// Length of both moves that the blend takes; 0: the path stops at the corner.
+    /// Length that the blend takes from each of the two moves; 0: the path stops at the corner.
     pub reach: f64,
     pub reason: Shrunk,
     pub halves: [[Span; 2]; 2],
@@ -38,7 +39,7 @@ impl Corner {
         Corner { reach: 0.0, reason, halves: [[<Span as Type>::zero(); 2]; 2], limits: [none; 2] }
     }
 
-    /// Returns the speed at which it is passed.
+    /// Returns the speed at which the corner is passed.
     fn speed(&self) -> f64 {
         self.limits[0].speed.min(self.limits[1].speed)
     }
@@ -73,7 +74,7 @@ impl QueuedPath {
         Corner::stop(reason)
     }
 
-    /// Returns the blend of this size that is passed fastest.
+    /// Returns the fastest blend of this size.
     fn fastest(&self, reach: f64, reason: Shrunk, asked: &QueuedMove, draft: &Draft, around: &Surroundings) -> Corner {
         let mut best = self.blended(reach, reason, RISES[0], asked, draft, around);
         for rise in &RISES[1..] {
@@ -85,7 +86,7 @@ impl QueuedPath {
         best
     }
 
-    /// Returns the blend of a size whose second derivative rises over a fraction of it.
+    /// Returns a blend of this size whose second derivative rises over the fraction `rise` of it.
     fn blended(&self, reach: f64, reason: Shrunk, rise: f64, asked: &QueuedMove, draft: &Draft, around: &Surroundings) -> Corner {
         let last = self.piece(self.end_piece - 1);
         let (before, after) = (|s: f64| self.place(last, last.length - s), |s: f64| self.place_of_draft(draft, s));
@@ -129,7 +130,7 @@ impl QueuedPath {
         self.draft[k].at(s - k as f64 * each, self.joints as usize)
     }
 
-    /// Returns true if the motion can still take the blend: it is before it, and can be slow enough when it arrives there.
+    /// Returns true if the motion can still take the blend: it has not reached the blend yet, and can slow down sufficiently before it.
     fn can_turn(&self, corner: &Corner, last: &Piece, draft: &Draft, run: &Run) -> bool {
         let number = self.end_piece - 1;
         let way = last.length - corner.reach;
@@ -155,7 +156,7 @@ impl QueuedPath {
     }
 }
 
-/// Adds a multiple of a change of the first derivative to a place, to its second derivative and to its position.
+/// Adds multiples of `change`, a change of the first derivative, to the position and to the first and second derivatives of a place.
 fn added(place: &Place, change: &Joints, [position, first, second]: [f64; 3]) -> Place {
     Place {
         q: std::array::from_fn(|i| place.q[i] + position * change[i]),
@@ -175,7 +176,7 @@ fn leaves_range(corner: &Corner, around: &Surroundings) -> bool {
     })
 }
 
-/// Returns true if the blend takes longer than a stop at the corner, between two stops at the other ends of the moves.
+/// Returns true if the blend takes longer than a stop at the corner, if the motion is at rest at the other ends of both moves.
 fn is_slower(corner: &Corner, last: &Piece, draft: &Draft) -> bool {
     let (before, after) = (last.length - corner.reach, draft.length - corner.reach);
     let [first, second] = corner.limits;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-//! A move before it is appended, and the arm for which it is.
+//! A move that has not been appended yet, and the arm that executes it.
 use super::span::{Bounds, Joints};
 use crate::kinematics::chain::Arm;
 use crate::kinematics::inverse::Ranges;
 use crate::profile::Limits;
 
-/// The arm of a path. Slices have one element per joint.
+/// Arm that follows a path, and the limits of its joints. Slices have one element per joint.
 #[derive(Clone, Copy, Debug)]
 pub struct Surroundings<'a> {
     pub arm: &'a Arm<'a>,
@@ -13,11 +13,11 @@ pub struct Surroundings<'a> {
     pub ranges: Ranges<'a>,
 }
 
-/// A move before it is appended: its shape is the draft of the path.
+/// A move that has not been appended yet. Its shape is stored in the draft of the path.
 pub(super) struct Draft {
     pub count: usize,
     pub bounds: Bounds,
-    /// Length in the path coordinate, and that of 1 m of a course.
+    /// Length of the move in the path coordinate, and length of 1 m of a course in it (`scale`).
     pub length: f64,
     pub scale: f64,
     pub limits: Limits,
@@ -29,8 +29,8 @@ pub(super) struct Draft {
 }
 
 impl Draft {
-    /// Returns the length in the path coordinate of a distance in a unit: 0 share of the way, 1 rad of the joint that moves furthest, 2 m
-    /// of the tool, 3 rad of its orientation; a move that turns less is taken half.
+    /// Converts a distance to a length in the path coordinate. The units are 0 fraction of the move, 1 rad of the joint that moves
+    /// furthest, 2 m of the tool, 3 rad of its orientation; in unit 3, the result is at most half of the move.
     pub fn reach(&self, distance: f64, unit: i64) -> f64 {
         match unit {
             0 => distance * self.length,

@@ -4,17 +4,17 @@ use super::span::Bounds;
 use crate::online::{Profile, State};
 use crate::profile::Limits;
 
-/// Fractions of the joints' acceleration and jerk that the curvature of a piece may take at its maximum speed; the rest is for changing
-/// the speed there.
+/// Fractions of the joints' acceleration and jerk that the curvature of a piece may use at the maximum speed; the rest is available for
+/// changes of speed.
 #[derive(Clone, Copy, Debug)]
 pub struct Shares {
     pub acceleration: f64,
     pub jerk: f64,
 }
 
-/// Shares of the moves, on which the speed changes.
+/// Shares for moves, along which the speed changes.
 pub const OF_MOVES: Shares = Shares { acceleration: 0.5, jerk: 0.5 };
-/// Other shares of the moves, which suit longer, shorter and more curved ones.
+/// Alternative shares for moves, which suit longer, shorter and more curved ones.
 const OTHERS_OF_MOVES: [Shares; 6] = [
     Shares { acceleration: 0.1, jerk: 0.1 },
     Shares { acceleration: 0.25, jerk: 0.25 },
@@ -23,17 +23,18 @@ const OTHERS_OF_MOVES: [Shares; 6] = [
     Shares { acceleration: 0.75, jerk: 0.8 },
     Shares { acceleration: 0.9, jerk: 0.9 },
 ];
-/// Speed between two blends for which the shares of a move are chosen, as a fraction of that with the usual shares.
+/// Speed between two blends for which the shares of a move are chosen, as a fraction of the speed with the default shares.
 const BETWEEN_BLENDS: f64 = 0.5;
-/// Shares of the blends, which are mostly passed at a constant speed.
+/// Shares for blends, which are mostly passed at a constant speed.
 pub const OF_BLENDS: Shares = Shares { acceleration: 0.9, jerk: 0.85 };
-/// Fraction by which a speed stays below the one computed by iteration.
+/// Fraction by which a speed is kept below the one computed by iteration.
 const ROUNDING: f64 = 1e-12;
-/// Steps of Newton's iteration from above, which converges quadratically.
+/// Number of Newton iterations. They start from above and converge quadratically.
 const STEPS: u32 = 12;
 
 /// Returns the limits of the path coordinate, at most `most`, that keep every joint within its limits in any state: with the derivatives
-/// q', q'', q''' by the path coordinate, a joint has the speed q' v, the acceleration q' a + q'' v² and the jerk q' j + 3 q'' v a + q''' v³.
+/// q', q'', q''' with respect to the path coordinate, a joint has the speed q' v, the acceleration q' a + q'' v² and the jerk q' j + 3
+/// q'' v a + q''' v³.
 pub fn limits(bounds: &Bounds, joints: &[Limits], most: Limits, shares: Shares) -> Limits {
     let mut found = most;
     for ([first, second, third], joint) in bounds.of.iter().zip(joints) {
@@ -52,7 +53,7 @@ pub fn limits(bounds: &Bounds, joints: &[Limits], most: Limits, shares: Shares) 
     found
 }
 
-/// Returns limits of the path coordinate with which a piece is passed fastest, both from rest to rest and between blends.
+/// Returns the limits of the path coordinate with which a piece is passed fastest, both from rest to rest and between blends.
 pub fn fastest(length: f64, bounds: &Bounds, joints: &[Limits], most: Limits) -> Limits {
     let mut best = limits(bounds, joints, most, OF_MOVES);
     let blended = BETWEEN_BLENDS * best.speed;
@@ -68,8 +69,8 @@ pub fn fastest(length: f64, bounds: &Bounds, joints: &[Limits], most: Limits) ->
     best
 }
 
-/// Returns limits with which a length takes a duration from rest to rest, by a lower speed; 0: those given. The error is the minimum
-/// duration, s.
+/// Returns limits whose speed is reduced so that a length takes `duration_s` from rest to rest; if that is 0, returns `limits` unchanged.
+/// The error is the minimum duration, s.
 pub fn in_duration(length: f64, limits: Limits, duration_s: f64) -> Result<Limits, f64> {
     if duration_s == 0.0 {
         return Ok(limits);
@@ -82,7 +83,7 @@ pub fn in_duration(length: f64, limits: Limits, duration_s: f64) -> Result<Limit
     Ok(Limits { speed: speed.min(limits.speed), ..limits })
 }
 
-/// Returns the maximum speed from which, without acceleration, a motion can come down (or up) to the speed `end` within `length`.
+/// Returns the maximum speed from which a motion without acceleration can slow down (or speed up) to the speed `end` within `length`.
 pub fn reach(end: f64, length: f64, limits: Limits) -> f64 {
     let Limits { acceleration, jerk, .. } = limits;
     // Without a phase of constant acceleration the change takes 2 x, x² = (speed - end) / jerk, and the distance is x (2 end + jerk x²).
@@ -105,7 +106,7 @@ pub fn reach(end: f64, length: f64, limits: Limits) -> f64 {
     (speed * (1.0 - ROUNDING)).max(end)
 }
 
-/// Returns the time for a length from one speed to another, which the motion need not reach.
+/// Returns the time to cover a length from one speed towards another, which the motion need not reach.
 pub fn time_s(length: f64, from: f64, to: f64, limits: Limits) -> f64 {
     let start = State { velocity: from, ..State::default() };
     Profile::passing(start, length, to, limits.speed.max(from), limits).map_or(f64::INFINITY, |profile| profile.duration_s())

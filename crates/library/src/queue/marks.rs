@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Marks: places of the path at which an output is switched. The state of the outputs is a function of the place alone, so a step back
-//! undoes what was switched on the way.
+//! Marks: positions on the path at which an output is switched. The state of the outputs depends only on the position, so a step back
+//! undoes the switching.
 use super::{QueuedPath, Refusal, Sample};
 use opengpac::Type;
 
-/// Number of marks of one move, and of a path.
+/// Maximum number of marks of one move, and of a path.
 pub const MARKS_OF_MOVE: usize = 4;
 pub const MARKS_MAX: usize = 64;
 /// Number of outputs.
@@ -18,25 +18,25 @@ pub struct MarkWish {
     pub output: i32,
     /// 1 on, 0 off.
     pub on: i32,
-    /// Distance before the goal along the path of the move, in `unit`: 0 share of the way, 1 rad, 2 m of the tool.
+    /// Distance before the goal along the path of the move, in `unit`: 0 fraction of the move, 1 rad, 2 m of the tool.
     pub before: f64,
     pub unit: i64,
-    /// Time by which it is switched ahead of the place, s.
+    /// Time by which the output is switched before that position is reached, s.
     pub ahead: f64,
 }
 
-/// A place of the path at which an output is switched.
+/// A position on the path at which an output is switched.
 #[derive(Clone, Copy, Debug, PartialEq, Type)]
 #[repr(C)]
 pub struct Mark {
-    /// Number of completed moves there, with the fraction of the next one.
+    /// Position of the mark: number of completed moves plus the fraction of the next one.
     pub place: f64,
     pub output: i32,
     pub on: i32,
     pub ahead: f64,
 }
 
-/// State of the outputs: which were switched, and which are on, output i being bit i - 1.
+/// State of the outputs as bit masks: outputs that have been switched, and outputs that are on. Output i is bit i - 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Outputs {
     pub switched: i64,
@@ -52,7 +52,7 @@ impl Outputs {
 }
 
 impl QueuedPath {
-    /// Adds marks, which are in the order of their places.
+    /// Adds marks, which must be in the order of their positions.
     pub(super) fn add_marks(&mut self, marks: impl Iterator<Item = Mark>) {
         for mark in marks {
             self.marks[self.end_mark.rem_euclid(MARKS_MAX as i64) as usize] = mark;
@@ -60,7 +60,7 @@ impl QueuedPath {
         }
     }
 
-    /// Forgets marks that have been passed until there is room for those of a move.
+    /// Drops passed marks until there is space for the marks of a move.
     pub(super) fn make_room_for_marks(&mut self, place: f64) -> Result<(), Refusal> {
         while self.end_mark - self.first_mark > (MARKS_MAX - MARKS_OF_MOVE) as i64 {
             let oldest = *self.mark_of(self.first_mark);
@@ -75,7 +75,7 @@ impl QueuedPath {
         Ok(())
     }
 
-    /// Returns the state of the outputs at a place.
+    /// Returns the state of the outputs at the position of a sample.
     pub fn outputs(&self, now: &Sample) -> Outputs {
         let mut outputs = Outputs { switched: self.switched, on: self.on };
         for number in self.first_mark..self.end_mark {

@@ -1,40 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Motion along a path: a jerk-limited state of the path coordinate, forward and back.
+//! Motion along a path: a jerk-limited state of the path coordinate, forwards and backwards.
 //!
-//! On each piece a motion is planned from the present state to the boundary ahead, where its acceleration is 0, and followed until
-//! something changes. The speed at the boundary is one from which the end of the path can be reached, so a plan that was made can always
-//! be followed; a new one replaces it only if it can be met.
+//! On each piece, a motion is planned from the current state to the boundary ahead, where its acceleration is 0, and is followed until
+//! something changes. From the speed at the boundary, the motion can still come to rest at the end of the path, so a plan can always be
+//! followed once it has been made; a new plan replaces it only if it is feasible.
 use super::law;
 use super::span::Joints;
 use super::{Piece, QueuedPath};
 use crate::online::{Profile, State};
 use crate::profile::Limits;
 
-/// Place and motion on a path.
+/// Position and motion on a path.
 #[derive(Clone, Copy, Debug)]
 pub struct Run {
-    /// Number of the piece.
+    /// Number of the current piece.
     pub piece: i64,
-    /// Path coordinate from the start of the piece, its speed and its acceleration.
+    /// Path coordinate from the start of the piece, and its speed and acceleration.
     pub s: f64,
     pub velocity: f64,
     pub acceleration: f64,
-    /// 1 forward, -1 back.
+    /// 1 forwards, -1 backwards.
     pub direction: f64,
     /// Permitted fraction of the speed in this direction.
     share: f64,
-    /// Motion to the boundary ahead, its coordinate being the distance from the boundary behind, and the time since it was planned.
+    /// Motion to the boundary ahead, with a coordinate that starts at the boundary behind, and the time since it was planned.
     leg: Profile,
     time_s: f64,
-    /// Length of the piece for which it was planned.
+    /// Length of the piece for which the motion was planned.
     length: f64,
-    /// True if something has changed since.
+    /// True if something has changed since the motion was planned.
     is_stale: bool,
-    /// Number of completed moves at which the motion rests, from either side.
+    /// Number of completed moves at which the motion comes to rest, from either direction.
     until: i64,
 }
 
-/// A number of completed moves that is never reached.
+/// Number of completed moves that is never reached.
 pub const ENDLESS: i64 = i64::MAX;
 
 impl Default for Run {
@@ -56,21 +56,21 @@ impl Default for Run {
     }
 }
 
-/// Set-points of one cycle, and where they are.
+/// Set-points of one cycle, and their position on the path.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sample {
     pub q: Joints,
     pub velocity: Joints,
     pub acceleration: Joints,
-    /// Number of the move, and the completed fraction of it.
+    /// Number of the move, and its completed fraction.
     pub number: i64,
     pub fraction: f64,
-    /// Speed of that fraction, 1/s.
+    /// Rate of change of that fraction, 1/s.
     pub place_rate: f64,
 }
 
 impl Sample {
-    /// Returns the number of completed moves, with the fraction of the present one.
+    /// Returns the number of completed moves plus the completed fraction of the current one.
     pub fn place(&self) -> f64 {
         (self.number - 1) as f64 + self.fraction
     }
@@ -82,17 +82,17 @@ impl Run {
         self.velocity == 0.0 && self.acceleration == 0.0
     }
 
-    /// Returns true if the motion rests at the end of the path.
+    /// Returns true if the motion is at rest at the end of the path.
     pub fn is_at_end(&self, path: &QueuedPath) -> bool {
         path.end_piece == path.first_piece || (self.is_at_rest() && self.piece == path.end_piece - 1 && self.s == path.piece(self.piece).length)
     }
 
-    /// Notes that the path has changed.
+    /// Records that the path has changed.
     pub fn renew(&mut self) {
         self.is_stale = true;
     }
 
-    /// Lets the motion rest at the boundary behind this number of moves.
+    /// Makes the motion come to rest at the boundary after this number of moves.
     pub fn rest_behind(&mut self, until: i64) {
         self.is_stale |= until != self.until;
         self.until = until;
@@ -103,7 +103,8 @@ impl Run {
         State { position: self.s, velocity: self.velocity, acceleration: self.acceleration }
     }
 
-    /// Advances by a time at a fraction `rate` of the planned speed, -1 to 1: below 0 back along the path, 0 to rest on it.
+    /// Advances by `span_s` at a fraction `rate` of the planned speed, -1 to 1. A negative rate runs backwards along the path; with 0,
+    /// the motion comes to rest on the path.
     pub fn advance(&mut self, path: &QueuedPath, span_s: f64, rate: f64) {
         if path.end_piece == path.first_piece {
             return;
@@ -134,14 +135,14 @@ impl Run {
         }
     }
 
-    /// Takes a state of the leg.
+    /// Adopts a state of the leg.
     fn take(&mut self, state: State) {
         let forward = self.direction > 0.0;
         self.s = if forward { state.position } else { self.length - state.position };
         (self.velocity, self.acceleration) = (self.direction * state.velocity, self.direction * state.acceleration);
     }
 
-    /// Goes on to the next piece, if the motion has reached the boundary and there is one.
+    /// Continues with the next piece, if the motion has reached the boundary and there is a next piece.
     fn enter_next(&mut self, path: &QueuedPath) -> bool {
         let is_there = self.leg.end() == self.length && self.length == path.piece(self.piece).length;
         let next = self.piece + if self.direction > 0.0 { 1 } else { -1 };
@@ -157,20 +158,20 @@ impl Run {
         true
     }
 
-    /// Returns true if the motion can follow the path as it is now.
+    /// Returns true if the motion can follow the path in its current form.
     pub(super) fn can_follow(&self, path: &QueuedPath) -> bool {
         let piece = path.piece(self.piece);
         let keeps = self.length == piece.length && self.leg.end() == piece.length && self.leg.end_velocity() <= piece.exit;
         keeps || self.direction < 0.0 || Profile::passing(self.state(), piece.length, 0.0, piece.exit, piece.limits()).is_some()
     }
 
-    /// Returns where the motion comes to rest if it does so as soon as possible.
+    /// Returns the piece and the position at which the motion comes to rest if it brakes as soon as possible.
     pub(super) fn resting(mut self, path: &QueuedPath) -> (i64, f64) {
         self.advance(path, f64::INFINITY, 0.0);
         (self.piece, self.s)
     }
 
-    /// Plans the motion to the boundary ahead, or keeps the present one if a new one could not be met.
+    /// Plans the motion to the boundary ahead, or keeps the current plan if a new one would be infeasible.
     fn plan(&mut self, path: &QueuedPath) {
         let piece = path.piece(self.piece);
         let forward = self.direction > 0.0;
@@ -205,8 +206,8 @@ impl Run {
         if stop.end() <= piece.length { Some(stop) } else { Profile::passing(state, piece.length, 0.0, bound, piece.limits()) }
     }
 
-    /// Returns the maximum speed at the boundary ahead, which is at most `bound`, from which the motion can rest where `until` says; `None`
-    /// if it is beyond that.
+    /// Returns the maximum speed at the boundary ahead, at most `bound`, from which the motion can still come to rest at `until`; `None`
+    /// if the motion is already beyond that point.
     fn most_before_until(&self, path: &QueuedPath, bound: f64) -> Option<f64> {
         if self.until == ENDLESS {
             return Some(bound);
@@ -235,7 +236,7 @@ impl Run {
         Some(speed.min(bound))
     }
 
-    /// Returns the set-points at the present place.
+    /// Returns the set-points at the current position.
     pub fn sample(&self, path: &QueuedPath) -> Sample {
         if path.end_piece == path.first_piece {
             return Sample { q: path.end, ..Sample::default() };

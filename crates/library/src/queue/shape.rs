@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Shapes of moves: a line in joint space, or a course of the tool as spans of the joints.
 //!
-//! A course is followed by inverse kinematics at equidistant knots. There the joints have the positions of the course, the slopes of the
-//! Jacobian, and the second derivative of the polynomials through the adjacent knots, so the spans between them are continuous up to the
-//! second derivative. The number of knots is doubled until the tool is on its course between them, too.
+//! Inverse kinematics is solved at equidistant knots of a course. At a knot, the joints have the positions of the course, the slopes
+//! given by the Jacobian, and the second derivative of the polynomials through the adjacent knots, so the spans between knots are
+//! continuous up to the second derivative. The number of knots is doubled until the tool is also on its course between them.
 use super::span::{Bounds, Joints, Place, Span};
 use super::{Refusal, SPANS_OF_MOVE};
 use crate::kinematics::JOINTS_MAX;
@@ -14,17 +14,17 @@ use crate::kinematics::line::{self, Wish};
 use crate::kinematics::pose::{Pose, add, cross, length, scale};
 use crate::profile::Limits;
 
-/// Distance of the tool from its course between two knots above which there are more of them, m and rad.
+/// Distance of the tool from its course between two knots above which the number of knots is doubled, m and rad.
 const TOLERANCE: f64 = 3e-7;
-/// Spans of a course at least, and the displacement and turn of one at the first attempt, m and rad.
+/// Minimum number of spans of a course, and the displacement and rotation of one span in the first attempt, m and rad.
 const LEAST: usize = 4;
 const WAY_OF_SPAN: f64 = 0.06;
 const TURN_OF_SPAN: f64 = 0.3;
-/// Displacement over which the joints' motion counts as linear, and the damping of the equation for it.
+/// Displacement over which the joints' motion counts as linear; also the damping of the equation for it.
 const SMALL: f64 = 1e-6;
 const DAMPING: f64 = 1e-13;
 
-/// Geometry of a move: its spans of equal length, 1 in all.
+/// Geometry of a move: spans of equal length, with a total length of 1.
 pub struct Shape<'a> {
     pub spans: &'a mut [Span; SPANS_OF_MOVE],
     pub count: usize,
@@ -42,20 +42,20 @@ struct Knot {
 pub struct CourseWish<'a> {
     pub from: &'a Joints,
     pub course: &'a Course,
-    /// Goal, which serves to find the reason for a refusal.
+    /// Goal, used only to determine the reason for a refusal.
     pub goal: Pose,
     pub joints: &'a [Limits],
     pub ranges: Ranges<'a>,
 }
 
 impl Shape<'_> {
-    /// Makes the straight line in joint space.
+    /// Creates the straight line in joint space.
     pub fn line(&mut self, from: &Joints, to: &Joints) {
         self.spans[0] = Span::straight(from, to, 1.0);
         self.count = 1;
     }
 
-    /// Makes the course of the tool.
+    /// Creates the course of the tool.
     pub fn course(&mut self, arm: &Arm, wish: &CourseWish) -> Result<(), Refusal> {
         let (way, angle) = wish.course.lengths();
         let bend = length(wish.course.bend);
@@ -71,7 +71,7 @@ impl Shape<'_> {
         }
     }
 
-    /// Follows the course at `count` equal steps.
+    /// Solves the inverse kinematics at `count` equal steps along the course.
     fn follow(&mut self, arm: &Arm, wish: &CourseWish, count: usize) -> Result<(), Refusal> {
         let start = arm.posture(&wish.from[..arm.joints()]).tool;
         let step = 1.0 / count as f64;
@@ -99,7 +99,7 @@ impl Shape<'_> {
         Ok(())
     }
 
-    /// Checks that the tool is on its course in the middle of each span, and the joints are within their ranges everywhere.
+    /// Checks that the tool is on its course in the middle of each span, and that the joints are within their ranges everywhere.
     fn check(&self, arm: &Arm, wish: &CourseWish) -> Result<(), Refusal> {
         let n = arm.joints();
         let start = arm.posture(&wish.from[..n]).tool;
@@ -129,7 +129,7 @@ impl Shape<'_> {
         bounds
     }
 
-    /// Gives the shape a length in the path coordinate.
+    /// Sets the length of the shape in the path coordinate.
     pub fn stretch(&mut self, length: f64) {
         let each = length / self.count as f64;
         self.spans[..self.count].iter_mut().for_each(|span| span.length = each);
@@ -157,7 +157,7 @@ fn twist(course: &Course, s: f64) -> [f64; 6] {
     [linear[0], linear[1], linear[2], angular[0], angular[1], angular[2]]
 }
 
-/// Computes a knot from a position near to it.
+/// Computes a knot from nearby joint positions.
 fn solved(arm: &Arm, wish: &CourseWish, start: &Pose, s: f64, near: &Joints) -> Result<Knot, Refusal> {
     let place = wish.course.at(start, s);
     let goal = if wish.course.is_bent() { place } else { wish.goal };
@@ -172,7 +172,7 @@ fn solved(arm: &Arm, wish: &CourseWish, start: &Pose, s: f64, near: &Joints) -> 
     Ok(Knot { q, slope: slope(arm, wish.course, &q, s) })
 }
 
-/// Returns the second derivative of the joints at a knot, that of the polynomial through it and the adjacent ones, of fourth order.
+/// Returns the second derivative of the joints at a knot: that of the fourth-order polynomial through it and the adjacent knots.
 fn second(knots: &[Knot], k: usize, step: f64) -> Joints {
     let last = knots.len() - 1;
     let square = step * step;

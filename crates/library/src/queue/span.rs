@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Spans of a path: the joints as polynomials of fifth degree of the path coordinate, in Bézier form.
+//! Spans of a path: the joints as fifth-degree polynomials of the path coordinate, in Bézier form.
 //!
 //! The control points of a polynomial bound it, and their differences bound its derivatives, so the limits derived from them hold
-//! everywhere and not only at samples (Farin, *Curves and Surfaces for CAGD*, 2002, chapter 5).
+//! everywhere, not only at samples (Farin, *Curves and Surfaces for CAGD*, 2002, chapter 5).
 use crate::profile::JOINTS_MAX;
 use opengpac::Type;
 
 /// Number of control points.
 const POINTS: usize = 6;
 
-/// Positions of all joints, or their derivatives by the path coordinate.
+/// Positions of all joints, or their derivatives with respect to the path coordinate.
 pub type Joints = [f64; JOINTS_MAX];
 
 /// A span of the path: its control points and its length.
@@ -22,7 +22,7 @@ pub struct Span {
     pub length: f64,
 }
 
-/// A place on the path: the joints, and their first and second derivative by the path coordinate.
+/// A place on the path: the joint positions, and their first and second derivatives with respect to the path coordinate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Place {
     pub q: Joints,
@@ -30,14 +30,14 @@ pub struct Place {
     pub second: Joints,
 }
 
-/// Bounds of the first, second and third derivative of each joint by the path coordinate.
+/// Bounds of the first, second and third derivatives of each joint with respect to the path coordinate.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Bounds {
     pub of: [[f64; 3]; JOINTS_MAX],
 }
 
 impl Bounds {
-    /// Extends the bounds to those of another part of the path.
+    /// Extends the bounds to include those of another part of the path.
     pub fn include(&mut self, other: &Bounds) {
         for (mine, theirs) in self.of.iter_mut().zip(&other.of) {
             for (mine, theirs) in mine.iter_mut().zip(theirs) {
@@ -46,7 +46,7 @@ impl Bounds {
         }
     }
 
-    /// Returns the bounds for a path coordinate in another unit, of which one old unit has `scale`.
+    /// Returns the bounds for a path coordinate in a different unit; one old unit is `scale` new ones.
     pub fn scaled(mut self, scale: f64) -> Bounds {
         for of in &mut self.of {
             *of = [of[0] / scale, of[1] / (scale * scale), of[2] / (scale * scale * scale)];
@@ -82,7 +82,7 @@ impl Span {
         span
     }
 
-    /// Returns the place of the first `n` joints at `s` from the start of the span; exactly that of an end at and beyond it.
+    /// Returns the place of the first `n` joints at `s` from the start of the span; at or beyond an end, exactly the place of that end.
     pub fn at(&self, s: f64, n: usize) -> Place {
         let u = (s / self.length).clamp(0.0, 1.0);
         let w = 1.0 - u;

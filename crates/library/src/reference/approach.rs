@@ -39,7 +39,8 @@ pub struct ApproachResult {
     pub lost_s: f64,
     /// Distance and motion past the last set-point, if the servo brakes because no new one arrived in time.
     pub braking: Braking,
-    /// Time lost, s, in the invocation in which the reference has come to rest because a single loss exceeded the maximum.
+    /// Time lost, s, in the invocation in which the reference has come to rest because the time lost in a single gap exceeded the
+    /// maximum.
     pub rested_s: Option<f64>,
 }
 
@@ -253,8 +254,9 @@ mod tests {
         }
     }
 
-    /// Runs a servo at 1 ms whose set-points at 0.3 rad/s are held up from `at` ms on for `late` ms, on their way from a generator that goes on:
-    /// then an old one comes, made `old` ms after `at`, and 3 ms later the newest. Returns maximum speed, acceleration, and the end.
+    /// Runs a servo at 1 ms whose set-points at 0.3 rad/s are delayed in transit for `late` ms, from `at` ms on, although their generator
+    /// continues. Then an old set-point arrives, generated `old` ms after `at`, and 3 ms later the newest one. Returns the maximum speed,
+    /// the maximum acceleration, and the end position.
     fn held_up(at: u64, late: u64, old: u64) -> (f64, f64, f64) {
         let mut approach = Approach::default();
         let (mut before, mut rate, mut fastest, mut hardest) = (0.0, 0.0, 0.0f64, 0.0f64);

@@ -21,7 +21,7 @@ pub struct ReferenceInputs {
     pub jerk_max: f64,
     /// Measured speed of the joint.
     pub joint_velocity: f64,
-    /// Maximum distance between reference and joint, and maximum single loss of time, s; 0 means unlimited.
+    /// Maximum distance between reference and joint, and maximum time lost in a single gap, s; 0 means unlimited.
     pub error_max: f64,
     pub gap_max_s: f64,
 }

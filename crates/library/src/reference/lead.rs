@@ -2,14 +2,14 @@
 //! Set-points that lead the reference of a servo: those of a generator or, if no new one arrives in time, those of the servo itself,
 //! which brakes.
 //!
-//! A generator may be removed while its joint moves: another part of a composition has ended it, its processor is lost, or its block has
-//! faulted. Its last set-point includes its speed and acceleration. From that state, the servo itself generates set-points, at the same
-//! pace, until they are at rest, within the acceleration and jerk of the joint. They continue the curve of the earlier set-points, so the
-//! reference has no step. A set-point without a speed is a position to hold: the reference comes to rest there.
+//! A generator may be removed while its joint moves, because another part of a composition has ended it, its processor has been lost, or
+//! its block has faulted. Its last set-point includes its speed and acceleration. From that state, the servo itself generates set-points,
+//! at the same pace, until they are at rest, within the acceleration and jerk of the joint. They continue the curve of the earlier
+//! set-points, so the reference has no step. A set-point without a speed is a position to hold: the reference comes to rest there.
 //!
 //! After a gap that exceeds the maximum, the servo brakes from the current position of the joint and ignores the set-points of motions
-//! from before the gap. When the joint is at rest, a motion that begins from there is followed immediately, any other set-point only
-//! after some time.
+//! from before the gap. When the joint is at rest, a motion that begins from there is followed immediately, but any other set-point is
+//! followed only after some time.
 use super::ReferenceInputs;
 use crate::online::{State, towards};
 use crate::profile::Limits;
@@ -42,7 +42,7 @@ pub struct Lead {
     /// Last set-point as it was stored, and its time.
     seen: f64,
     seen_ns: i64,
-    /// Set-point in force, with its speed and acceleration.
+    /// Current set-point, with its speed and acceleration.
     now: State,
     /// Number of invocations until the next set-point is due.
     left: u32,
@@ -71,7 +71,7 @@ pub struct Next {
     pub is_return: bool,
     /// True if the set-point does not continue the servo's own: the generator was late, and the time is lost.
     pub is_late: bool,
-    /// Time by which it is younger than the previous one, if the generator made both, s; 0 if that is not known.
+    /// Time by which the set-point is younger than the previous one, if both are from the generator, s; 0 if that is not known.
     pub apart_s: f64,
 }
 
@@ -138,7 +138,7 @@ impl Lead {
         };
     }
 
-    /// Returns true if the set-point in force is at rest.
+    /// Returns true if the current set-point is at rest.
     pub fn is_at_rest(&self) -> bool {
         self.now.is_at_rest()
     }
@@ -148,8 +148,8 @@ impl Lead {
         self.alone.is_some()
     }
 
-    /// Returns the lost time, s, once: as soon as the reference is at rest after the gap and the joint is stationary, or fails to become
-    /// so in time.
+    /// Returns the lost time, s, only once: when the reference is at rest after the gap, and the joint is stationary or has failed to
+    /// become so in time.
     pub fn rested(&mut self, stands_still: bool) -> Option<f64> {
         let is_due = |alone: &&mut Alone| alone.rested_s > 0.0 && (stands_still || alone.rested_s >= REST_S) && !alone.is_told;
         let alone = self.alone.as_mut().filter(is_due)?;

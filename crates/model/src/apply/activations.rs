@@ -15,12 +15,12 @@ struct Key<'a> {
     source: &'a str,
     on: &'a [On],
     by: Vec<(ActivationIndex, u32)>,
-    /// Cells of other sources or instances for which the block waits.
+    /// Cells written by other sources or instances whose values the block waits for.
     queues: Vec<CellIndex>,
     is_driven: bool,
 }
 
-/// Drivers of a block, and the queues for which it waits.
+/// Drivers of a block, and the queues on which it waits.
 #[derive(Default)]
 struct Drive {
     by: Vec<(ActivationIndex, u32)>,
@@ -72,8 +72,8 @@ impl<'a> Draft<'a> {
         activations
     }
 
-    /// Finds the drivers of a block and fills the block's own lists of drivers. Blocks are visited after their drivers, so that the
-    /// drivers' activations are already known.
+    /// Finds the drivers of a block and fills in the block's driver lists. Blocks are visited after their drivers, so the drivers'
+    /// activations are already known.
     fn drive(&mut self, block: usize, activity: &Activity, relations: &Relations) -> Drive {
         let mut drive = Drive::default();
         for relation in &relations.of[block] {
@@ -130,7 +130,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Returns the activation of the block's only driver if both are on in exactly the same stages.
+    /// Returns the activation of the block's only driver if both are active in exactly the same stages.
     fn joins(&self, block: usize, drive: &Drive, activity: &Activity, activations: &[PlannedActivation]) -> Option<ActivationIndex> {
         let [(by, 1)] = drive.by[..] else { return None };
         if !drive.queues.is_empty() {

@@ -222,7 +222,7 @@ impl<'a> Draft<'a> {
         Some(if whole { Binding::Cell(cells[0]) } else { Binding::Cells(cells.to_vec()) })
     }
 
-    /// Checks that an input that reads a history is bound to one SVV that keeps at least as many values.
+    /// Checks that an input that reads a history is bound to a single SVV that keeps at least as many values.
     fn check_history(&mut self, port: Port, svvs: &[(&str, &Svv)], whole: bool, place: &Option<SourceLocation>) {
         let history = self.flat(port.0).kind.item(port.1).history;
         let Some((name, svv)) = svvs.first().filter(|_| history > 0) else { return };
@@ -295,7 +295,8 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Returns the remedy for a type mismatch: a single number may be bound to one element of an array port.
+    /// Returns the remedy for a type mismatch. If one port is an array whose elements have the type of the other, the elements can be
+    /// bound one by one.
     fn remedy_of_types(&self, first: Port, second: Port) -> String {
         let is_array = |port: &Port| self.flat(port.0).kind.elements_max(port.1).is_some();
         let array = [first, second].into_iter().find(is_array).filter(|_| is_array(&first) != is_array(&second));
@@ -336,7 +337,7 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// Checks that all ports of a data object have the same unit, if that unit is known: the unit of the writer, or of the first port
+    /// Checks that all ports of a data object have the same unit: that of the writer or, if the writer has none, that of the first port
     /// that has one.
     fn check_units(&mut self, group: &Group) {
         let known = || group.ports.iter().filter(|port| !self.unit(**port).is_empty());

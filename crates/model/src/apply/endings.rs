@@ -9,7 +9,7 @@ use crate::conditions::{CheckedCondition, ENDS};
 use crate::plan::PlannedList;
 use std::collections::{BTreeSet, HashMap};
 
-/// Removes the transitions that lead to work from lists that follow the start of an ending, and duplicates the lists that belong to both.
+/// Removes the transitions back to work from the lists of an ending, and duplicates the lists that belong to both work and an ending.
 pub(super) fn keep_endings(lists: &mut Vec<PlannedList>, initial: usize, conditions: &[CheckedCondition]) {
     let begins: Vec<bool> = conditions.iter().map(|condition| ENDS.contains(&condition.planned.name.as_str())).collect();
     let work = work(lists, initial, &begins);
@@ -62,8 +62,8 @@ fn ending(lists: &[PlannedList], work: &BTreeSet<usize>, begins: &[bool]) -> BTr
     found
 }
 
-/// Returns true for a transition that is kept in an ending verb: a transition to a list that is not work, or a transition on a further
-/// ending condition within the same part.
+/// Returns true if an ending verb keeps a transition: one to a list that is not work, or one on a further ending condition within the
+/// same part.
 fn leads_on(lists: &[PlannedList], work: &BTreeSet<usize>, begins: &[bool], from: usize, (condition, to): (usize, usize)) -> bool {
     if begins[condition] { are_of_one_part(&lists[from].name, &lists[to].name) } else { !work.contains(&to) }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Completes a plan with everything except its blocks: input parameters, output values, claims, conditions.
+//! Completes a plan: adds everything except the blocks, that is, the input parameters, output values, claims and conditions.
 use super::sequence::Order;
 use super::{Draft, GroupBinding};
 use crate::conformity::within_items;
@@ -16,7 +16,7 @@ use crate::refusal::{Class, Refusals, Where};
 use crate::types::Type;
 
 impl<'a> Draft<'a> {
-    /// Returns the plan.
+    /// Returns the completed plan.
     pub fn finish(
         mut self,
         given: Vec<GroupBinding<'a>>,
@@ -192,7 +192,7 @@ impl<'a> Draft<'a> {
             target => matches!(target, Target::Item { .. }),
         };
         if !is_own {
-            let message = format!("{} is set while the verb is suspended, but it is bound to what others write", self.described(set));
+            let message = format!("{} is set while the verb is suspended, but others write the value to which it is bound", self.described(set));
             self.refuse(Class::CoverError, message, "leave it unbound", &None);
         }
         PlannedHolding { set: target, until }

@@ -39,7 +39,7 @@ impl<'a> Draft<'a> {
     }
 
     /// Returns the placement patterns whose sources exist, in order of precedence: the patterns of the application, the system's patterns
-    /// for this verb, and the patterns for the verbs from which its parts were made, which apply within the part.
+    /// for this verb, and the patterns for the verbs from which its parts were created. The latter apply only within their part.
     fn patterns(&mut self) -> Vec<(&'a str, &'a str, &'a str)> {
         let (application, configuration, checked) = (self.application, self.configuration, self.checked);
         let mut patterns: Vec<(&'a str, &'a str, &'a str)> = Vec::new();

@@ -63,8 +63,8 @@ impl<'a> Draft<'a> {
         given
     }
 
-    /// Refuses everything that an installation would refuse for any arguments. `is_whole` is true if there are no refusals so far, so
-    /// that anything absent was omitted by the definition.
+    /// Refuses everything that an installation would refuse regardless of the arguments. `is_whole` is true if there are no refusals so
+    /// far, so anything missing was omitted from the definition.
     pub fn rehearse(&mut self, given: &[GroupBinding<'a>], is_whole: bool) {
         self.bind(given);
         let activity = self.activity();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Scheduling relations: checks that every synchronous or ratio input has exactly one active writer, at the right rate.
+//! Checks the scheduling relations: every synchronous or ratio input must have exactly one active writer, at the right rate.
 use super::Draft;
 use super::activity::Activity;
 use super::bind::cells_of;
@@ -192,7 +192,7 @@ impl<'a> Draft<'a> {
         updates
     }
 
-    /// Returns the lists in which the reader is driven at some time. It is not an error if it is not driven in a stage before the writer
+    /// Returns the lists in which the reader is driven at some point. It is not an error if it is not driven in a stage before the writer
     /// is activated.
     fn lists_driven(&self, relation: &Relation, activity: &Activity, updates: &[Option<Beat<'a>>], on: &[super::activity::On]) -> Vec<usize> {
         if updates.iter().all(Option::is_some) {

@@ -30,8 +30,8 @@ impl CheckedVerb {
         })
     }
 
-    /// Returns the plan of `application`, currently installed as `plan`, in which these intervals (label → ns) replace the previous ones.
-    /// The placement and grouping of blocks stay the same.
+    /// Returns the plan of `application`, which is installed as `plan`, with the intervals in `every` (label → ns) in place of the
+    /// previous ones. The placement and grouping of blocks stay the same.
     ///
     /// # Errors
     /// Fails if a label is not activated or not tunable, or if a rate would no longer hold.

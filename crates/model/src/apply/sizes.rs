@@ -110,7 +110,7 @@ impl Draft<'_> {
             Some(size) if size < item.least || size > item.most => {
                 let message =
                     format!("the size '{}' of '{}' is {size}, but {} takes {} to {}", item.name, flat.label, flat.kind.interface.name, item.least, item.most);
-                self.refuse(Class::ValueRefused, message, "give another number of elements", &flat.place);
+                self.refuse(Class::ValueRefused, message, "choose a number of elements within that range", &flat.place);
             }
             Some(_) => {}
         }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Units that pass through a block: an item declared with the unit of others (`=u`, `=k.u`) is assigned that unit as soon as it is known.
+//! Units that pass through a block: an item whose unit is declared in terms of other items (`=u`, `=k.u`) is assigned its unit as soon as
+//! theirs are known.
 use super::{Draft, GroupBinding};
 use crate::configuration::Channel;
 use crate::flatten::Port;
@@ -7,7 +8,7 @@ use crate::interface::Kind;
 use crate::quantity::{product, unit_of};
 use crate::value::Value;
 
-/// Unit of a pure number.
+/// Unit of a dimensionless number.
 const PURE: &str = "1";
 
 impl<'a> Draft<'a> {
@@ -61,8 +62,8 @@ impl<'a> Draft<'a> {
         })
     }
 
-    /// Returns a channel's unit for the device that owns the verb: a prismatic joint may have a rotary drive. Empty if the channel has
-    /// the opposite direction, which is refused separately.
+    /// Returns a channel's unit for the device that owns the verb: a prismatic joint may have a rotary drive. Empty if the direction of
+    /// the channel does not match the port, which is refused separately.
     fn channel_unit(&self, port: Port, channel: &Channel) -> String {
         if channel.write != (self.kind(port) == Kind::DeviceWrite) {
             return String::new();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Termination conditions of a composed verb: one line for each part that has the condition, restricted to the lists of that part. In a
+//! Termination conditions of a composed verb: one entry for each part that has the condition, restricted to the lists of that part. In a
 //! list shared by several parts, ν is the union of the parts' ν.
 use super::Composing;
 use super::joint::Joint;
@@ -9,7 +9,7 @@ use crate::refusal::Class;
 use indexmap::IndexMap;
 
 impl Composing<'_> {
-    /// Copies the tables of all parts.
+    /// Copies the condition tables of all parts.
     pub fn conditions(&mut self) {
         for joint in self.joints.clone() {
             self.merge_conditions(&joint);
@@ -25,7 +25,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Merges the lines of a list shared by several parts. If all parts are awaited, the conditions that end them become `completed`.
+    /// Merges the entries of a list shared by several parts. If all parts are awaited, the conditions that end them become `completed`.
     fn merge_conditions(&mut self, joint: &Joint) {
         let mut lines: IndexMap<String, (usize, Termination)> = IndexMap::new();
         for &(part, list) in &joint.lists {
@@ -100,7 +100,7 @@ impl Composing<'_> {
 }
 
 impl PartOf<'_> {
-    /// Returns a line of the part's table, renamed for the composed verb and restricted to the part's own lists.
+    /// Returns an entry of the part's table, renamed for the composed verb and restricted to the part's own lists.
     fn termination(&self, at: usize) -> Termination {
         let line = &self.verb.conditions[at];
         let lists = (0..self.verb.command_lists.len()).filter(|list| self.checked.conditions[at].planned.holds_in(*list));

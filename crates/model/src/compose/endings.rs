@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ending, suspension and cut-off reaction of a composed verb. They are taken from the only part that declares them. Parts that each come
-//! to rest in their own way do the same in the composition. Two parts with different declarations are a conflict.
+//! Ending, suspension and cut-off reaction of a composed verb. Each is taken from the only part that declares it. Parts that declare
+//! their own way of coming to rest keep it in the composition. Any other difference between the declarations of two parts is a conflict.
 use super::Composing;
 use crate::definition::{Holding, Suspend};
 use crate::refusal::Class;

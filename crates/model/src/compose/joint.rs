@@ -2,8 +2,8 @@
 //! Joint lists: lists of several parts that `together` merges into one. These are the initial lists, and the lists to which one system
 //! condition leads several parts.
 //!
-//! If all parts are awaited, waits record the arrivals: the list continues with one wait per part, which also accepts a condition that
-//! occurred earlier, then deactivates the parts, and is `completed`. Any other end of a part ends the whole verb.
+//! If all parts are awaited, waits record which parts have ended: the list continues with one wait per part, each of which also accepts a
+//! condition that occurred earlier. The list then deactivates the parts and is `completed`.
 use super::part::{MERGED, PartOf};
 use super::{Composing, Until};
 use crate::conditions::{ENDS, LIMITS, SYSTEM};
@@ -58,15 +58,15 @@ impl Composing<'_> {
         }
     }
 
-    /// Refuses a joint list if a condition that orders the verb to end leads to only some of its lists: the remaining lists, to which no
-    /// such condition of their part leads, would then also start.
+    /// Refuses a joint list if a condition that orders the verb to end leads to only some of its lists. The remaining lists would then
+    /// start as well, although no such condition of their part leads to them.
     fn check_ends(&mut self, joint: &Joint) {
         let is_ending = |(part, list): &(usize, usize)| ENDS.iter().any(|condition| self.parts[*part].goal_of_initial(condition) == Some(*list));
         let (ending, work): (Vec<_>, Vec<_>) = joint.lists.iter().copied().partition(is_ending);
         if let (Some((part, list)), Some((other, begun))) = (ending.first(), work.first()) {
             let (of, by) = (&self.parts[*part], &self.parts[*other]);
             let message = format!(
-                "{} and {} both proceed on one condition, to their lists '{}' and '{}', but a halt leads only to the first: the second would begin then",
+                "{} and {} both proceed on one condition, to their lists '{}' and '{}', but a halt leads only to the first: the second would then begin",
                 of.described(),
                 by.described(),
                 of.own_list(*list),
@@ -145,7 +145,7 @@ impl PartOf<'_> {
         Some((&line.condition, &line.to))
     }
 
-    /// Returns the table lines that end the part in a list: the normal ones or, if there are none (as in a list that follows a time
+    /// Returns the table entries that end the part in a list: the normal ones or, if there are none (as in a list that follows a time
     /// limit), those that raise an exception.
     pub fn awaited(&self, list: usize) -> Vec<usize> {
         let ends = |at: &usize| {

@@ -16,7 +16,7 @@ pub(super) struct PartOf<'a> {
     pub label: &'a str,
     pub verb: &'a Verb,
     pub checked: CheckedVerb,
-    /// Names of the part that differ in the composed verb.
+    /// Renamed items of the part: name in the part → name in the composed verb.
     pub renamed: HashMap<&'a str, &'a str>,
     /// Inputs of the part that have a preset value.
     pub preset: HashMap<&'a str, &'a Value>,
@@ -39,12 +39,12 @@ impl<'a> PartOf<'a> {
         format!("part '{}' (verb '{}')", self.label, self.verb.name)
     }
 
-    /// Returns the name in the composed verb of a parameter, object, output or condition of this part.
+    /// Returns the name, in the composed verb, of a parameter, object, output or condition of this part.
     pub fn own<'s>(&'s self, name: &'s str) -> &'s str {
         self.renamed.get(name).copied().unwrap_or(name)
     }
 
-    /// Returns the name in the composed verb of a parameter, which may be a member (`arm.sensed`) of a renamed object.
+    /// Returns the name, in the composed verb, of a parameter, which may be a member (`arm.sensed`) of a renamed object.
     pub fn parameter(&self, name: &str) -> String {
         match name.split_once('.') {
             Some((root, member)) if !self.renamed.contains_key(name) => format!("{}.{member}", self.own(root)),
@@ -52,7 +52,7 @@ impl<'a> PartOf<'a> {
         }
     }
 
-    /// Returns the key of a line of ν or ω: `grasp.width`, or `pick.grasp.width` for a part that is itself composed.
+    /// Returns the key of an entry of ν or ω: `grasp.width`, or `pick.grasp.width` for a part that is itself composed.
     pub fn line(&self, key: &str) -> String {
         let name = self.verb.reported(key);
         format!("{}.{}{}", self.label, &key[..key.len() - name.len()], self.own(name))
@@ -127,8 +127,8 @@ impl<'a> PartOf<'a> {
         line.is_none_or(|line| line.planned.on.is_empty() || line.planned.on.iter().any(|port| runs(port.0)))
     }
 
-    /// Returns true if the condition, by its name in the part, holds in a list and has no transition there. τ does not apply to the end
-    /// of the ending list.
+    /// Returns true if a condition, identified by its name in the part, holds in a list and has no transition there. τ does not apply to
+    /// the end of the ending list.
     pub fn ends(&self, list: usize, name: &str) -> bool {
         if self.checked.ending.list == Some(list) {
             return false;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! `share`: blocks of which all parts use the same instance. Their uses and bindings must be identical.
+//! `share`: blocks that are shared, so that all parts use the same instance. Their uses and bindings must be identical in all parts.
 use super::Composing;
 use super::part::{PartOf, is_within};
 use crate::flatten::{Origin, Port};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Values that one part needs when it begins and that another part would overwrite: values that ψ stores once, at the start of the whole
-//! verb, and values that only another verb could drive.
+//! Values that a part needs when it begins. ψ stores them only once, at the start of the whole verb, so another part may overwrite them
+//! before the part begins; a synchronous input may even have no writer while its part runs.
 use super::Composing;
 use super::part::PartOf;
 use crate::flatten::{Origin, Port};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! τ of a composed verb: the transitions of each part, and the lines that lead from one part to another. A pair (list, condition) that
-//! ends a part on its own becomes a transition if such a line covers it.
+//! τ of a composed verb: the transitions of each part, and the entries that lead from one part to another. A pair (list, condition) that
+//! ends a part on its own becomes a transition if such an entry covers it.
 use super::part::MERGED;
 use super::{Composing, Step};
 use crate::conditions::{ENDS, LIMITS, SYSTEM};
@@ -14,12 +14,12 @@ use std::collections::HashMap;
 /// A part and one of its lists.
 type ListOf = (usize, usize);
 
-/// Rank of a line: if two lines apply to the same pair, the one with the higher rank wins. The rank depends, in this order, on whether
-/// the line names a condition, whether it names a list, how few parts it names, and how deeply they are nested.
+/// Rank of an entry: if two entries apply to the same pair, the one with the higher rank wins. The rank depends, in this order, on
+/// whether the entry names a condition, whether it names a list, how few parts it names, and how deeply they are nested.
 type Rank = (bool, bool, Reverse<usize>, usize);
 
 impl Composing<'_> {
-    /// Copies τ of the parts and adds the lines between parts.
+    /// Copies τ of the parts and adds the entries between parts.
     pub fn transitions(&mut self) {
         self.initial();
         self.own_transitions();
@@ -42,9 +42,9 @@ impl Composing<'_> {
         }
     }
 
-    /// Removes transitions that lines without a condition add to lists that run only after the verb was ordered to end, if such a line
-    /// also leaves work: the part that follows must not begin during an ending, even if no other transition leads to it. A line that
-    /// names its condition declares an ending.
+    /// Removes transitions from lists that run only after the verb was ordered to end, if they result from an entry without a condition
+    /// that also leaves work: the part that follows must not begin during an ending, even if no other transition leads to it. An entry
+    /// that names its condition declares an ending.
     fn keep_to_ends(&mut self, lines: &[(Rank, &Step, Vec<ListOf>)], augmented: &HashMap<(String, String), (Rank, usize)>) {
         let (work, ending) = self.work_and_ending();
         let is_work = |at: usize| lines[at].2.iter().any(|(part, list)| work.contains(&self.parts[*part].list(*list)));
@@ -74,7 +74,7 @@ impl Composing<'_> {
         self.verb.parts.keys().chain(self.verb.command_lists.keys()).map(String::as_str).collect()
     }
 
-    /// Returns the list that a part or list denotes when it is the target of a line.
+    /// Returns the list that a part or list denotes when it is the target of an entry.
     fn list_of(&self, name: &str) -> Option<String> {
         let list = |name: &str| self.verb.command_lists.contains_key(name).then(|| name.to_owned());
         let own = || {
@@ -115,7 +115,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Returns the lists from which a line leads, and true if the line names lists.
+    /// Returns the lists from which an entry leads, and true if the entry names lists.
     fn from(&mut self, step: &Step) -> Option<(Vec<ListOf>, bool)> {
         let mut found: Vec<ListOf> = Vec::new();
         let mut names_lists = !step.from.is_empty();
@@ -200,7 +200,7 @@ impl Composing<'_> {
         }
     }
 
-    /// Returns the conditions to which a line applies in a list, by their names in the part and in the composed verb.
+    /// Returns the conditions to which an entry applies in a list, by their names in the part and in the composed verb.
     fn ends_of(&self, step: &Step, part: usize, list: usize) -> Vec<(String, String)> {
         let of = &self.parts[part];
         if let Some(condition) = &step.condition {
@@ -231,7 +231,7 @@ impl Composing<'_> {
         false
     }
 
-    /// Refuses a line that has no effect.
+    /// Refuses an entry that has no effect.
     fn refuse_nothing(&mut self, step: &Step, lists: &[ListOf]) {
         let condition = step.condition.as_deref().unwrap_or("a normal end");
         let elsewhere = |(part, list): &ListOf| {
@@ -246,7 +246,7 @@ impl Composing<'_> {
         self.refuse(Class::CompositionConflict, message, "leave the line out, or name a list that it ends", &step.place);
     }
 
-    /// Refuses a line that names a condition but is never taken because it starts in lists that end the verb and leads back to work.
+    /// Refuses an entry that names a condition but is never taken because it starts in lists that end the verb and leads back to work.
     fn check_endings(&mut self, lines: &[(Rank, &Step, Vec<ListOf>)], augmented: &HashMap<(String, String), (Rank, usize)>) {
         let (work, ending) = self.work_and_ending();
         let mut never: Vec<(usize, String)> = Vec::new();
@@ -312,7 +312,7 @@ impl Composing<'_> {
     }
 }
 
-/// Describes a line for messages: `the transition ('approach', 'contact') → 'grasp'`.
+/// Describes an entry for messages: `the transition ('approach', 'contact') → 'grasp'`.
 fn text(step: &Step) -> String {
     let condition = step.condition.as_ref().map_or("every normal end".to_owned(), |name| format!("'{name}'"));
     format!("the transition ('{}', {condition}) → '{}'", step.from.join("', '"), step.to)

@@ -9,7 +9,7 @@ use crate::quantity::units_agree;
 use crate::refusal::Class;
 use std::collections::HashMap;
 
-/// Kind of item that a name denotes in calls of a composed verb.
+/// Kind of item that a name denotes in calls to a composed verb.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Sort {
     Object,

@@ -7,7 +7,7 @@ use crate::value::Value;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-/// Treatment of a start that needs an item of a logical device that another verb holds.
+/// Handling of a start that needs an item of a logical device held by another verb.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
@@ -17,7 +17,7 @@ pub enum Arbitration {
     Refuse,
     /// The start waits until the items that it needs are free; starts are served in order.
     Queue,
-    /// The holder is aborted, and the start follows.
+    /// The holder is aborted, and then the verb is started.
     Abort,
 }
 
@@ -53,13 +53,13 @@ pub struct SvvSpecification {
     /// Number of previous values kept for Python.
     #[serde(default)]
     pub history: u32,
-    /// Values that the PS may store.
+    /// Range of values that the PS may store.
     #[serde(default)]
     pub within: Option<Within>,
     /// True if the PS keeps the value across a warm restart.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub keep: Option<bool>,
-    /// Name of the system's SVV that all devices of the type share, in place of an SVV of their own.
+    /// Name of the system's SVV that all devices of the type share instead of each having its own.
     #[serde(default)]
     pub shared: Option<String>,
 }
@@ -72,7 +72,7 @@ pub struct DeviceParameter {
     pub unit: String,
     #[serde(default)]
     pub tunable: bool,
-    /// Values that the parameter may have.
+    /// Range of the parameter's values.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<Within>,
     /// True if the PS keeps the value across a warm restart; if absent, true for a tunable parameter.
@@ -141,10 +141,10 @@ pub struct Application {
     /// Intervals changed by the application: label → ns.
     #[serde(default)]
     pub every: IndexMap<String, u64>,
-    /// Values of a start, if they are also to be checked.
+    /// Values passed to a start, if they are to be checked as well.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub values: IndexMap<String, Value>,
-    /// Logical device whose own verb this is.
+    /// Logical device whose own verb this instance runs, if any.
     #[serde(default)]
     pub owner: Option<String>,
     #[serde(default)]

@@ -55,7 +55,7 @@ pub(crate) trait Short: DeserializeOwned {
 /// A value in its long or short form.
 pub(crate) struct ShortForm<T>(T);
 
-/// Values by name, each long or short.
+/// Values by name, each in long or short form.
 pub(crate) type WrittenMap<T> = IndexMap<String, ShortForm<T>>;
 
 pub(crate) fn map<'de, D: Deserializer<'de>, T: Short>(deserializer: D) -> Result<IndexMap<String, T>, D::Error> {

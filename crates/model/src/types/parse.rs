@@ -18,10 +18,10 @@ impl Type {
         Type::parse_sized(text, types, None)
     }
 
-    /// Parses as [`Type::parse`] does; a name within brackets (`double[n]`) stands for `size` elements.
+    /// Parses as [`Type::parse`] does; a name in brackets (`double[n]`) stands for `size` elements.
     ///
     /// # Errors
-    /// Fails as [`Type::parse`] does, and if a name is within brackets and `size` is `None`.
+    /// Fails as [`Type::parse`] does, and if a name is in brackets and `size` is `None`.
     pub fn parse_sized(text: &str, types: &IndexMap<String, String>, size: Option<u32>) -> Result<Type, Refusal> {
         let mut reader = Reader { text, tokens: tokens(text), at: 0, types, size, depth: 0 };
         let base = reader.base()?;
@@ -145,7 +145,7 @@ impl<'a> Reader<'a> {
             let known = ["double", "float", "bool", "int32_t", "int64_t", "uint32_t", "uint64_t", "int8_t", "uint8_t", "int16_t", "uint16_t"];
             let meant = hints::nearest(name, known.into_iter().chain(self.types.keys().map(String::as_str)));
             let remedy = meant.map_or_else(|| "declare it as a struct of the module".to_owned(), |m| format!("did you mean '{m}'?"));
-            return Err(self.refusal(format!("the type '{name}' is not known")).remedy(remedy));
+            return Err(self.refusal(format!("there is no type '{name}'")).remedy(remedy));
         };
         let types = self.types;
         let mut inner = Reader { text: declaration, tokens: tokens(declaration), at: 0, types, size: self.size, depth: self.depth + 1 };

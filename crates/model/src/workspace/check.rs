@@ -6,7 +6,7 @@ use std::collections::HashSet;
 
 /// Maximum number of panels in a workspace.
 pub const PANELS_MAX: usize = 64;
-/// Maximum number of plots in a workspace; its page has one subscription for each.
+/// Maximum number of plots in a workspace. Limited because its page needs one subscription for each.
 pub const PLOTS_MAX: usize = 16;
 /// Maximum nesting depth of rows and columns.
 pub const DEPTH_MAX: usize = 8;
@@ -107,7 +107,7 @@ impl Check {
                 self.plots += 1;
                 self.several(of, of.names.len(), "names", "the SVVs that it shows");
                 if of.seconds.is_some_and(|seconds| !(0.1..=SECONDS_MAX).contains(&seconds)) {
-                    self.wrong(of, format!("it cannot look back {} s", of.seconds.unwrap_or_default()), format!("give 0.1 to {SECONDS_MAX} s"));
+                    self.wrong(of, format!("its time span cannot be {} s", of.seconds.unwrap_or_default()), format!("give 0.1 to {SECONDS_MAX} s"));
                 }
             }
             PanelKind::Values => {

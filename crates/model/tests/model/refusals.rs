@@ -186,7 +186,7 @@ fn graphs() {
     );
     graph_check(
         json!({"name": "g", "blocks": {"o": {"block": {"subroutine": "lib.odd"}}}}),
-        "DefinitionError: item 'u' of block 'lib.odd': cannot read the type 'doubel': the type 'doubel' is not known; did you mean 'double'?",
+        "DefinitionError: item 'u' of block 'lib.odd': cannot read the type 'doubel': there is no type 'doubel'; did you mean 'double'?",
     );
     let two_modes = |second: &str, modes: Value| json!({"name": "g", "blocks": {"a": {"block": {"subroutine": "lib.gain"}}, "b": {"block": {"subroutine": second}}}, "inputs": {"u": ["a.u", "b.u"]}, "modes": modes});
     graph_check(
@@ -309,7 +309,7 @@ fn types_and_units() {
     );
     check(
         v(&[("g", "lib.generator")], json!({"cells": {"c": ["g.coefficients"]}, "blocks": {"g": {"constants": {"n": 9}}}})),
-        "ValueRefused: the size 'n' of 'g' is 9, but lib.generator takes 1 to 8; give another number of elements",
+        "ValueRefused: the size 'n' of 'g' is 9, but lib.generator takes 1 to 8; choose a number of elements within that range",
     );
 }
 
@@ -382,12 +382,12 @@ fn units_pass_through_blocks() {
     );
     check(
         two(json!({"input_parameters": {"p": {"targets": ["g.k"], "unit": "Nm"}}})),
-        "UnitMismatch: the input parameter 'p': the unit 'Nm' is not known; did you mean 'N.m'?",
+        "UnitMismatch: the input parameter 'p': there is no unit 'Nm'; did you mean 'N.m'?",
     );
     let mut odd = cell();
     odd.interfaces.insert("lib.far".into(), interface("lib.far", &["out double y furlong"]));
     let refusals = apply_in(odd, verb(&[("f", "lib.far")], json!({})), json!({})).map(|_| ()).expect_err("nobody knows a furlong");
-    assert!(texts(&refusals).starts_with("UnitMismatch: item 'y' of block 'lib.far': the unit 'furlong' is not known"), "{}", texts(&refusals));
+    assert!(texts(&refusals).starts_with("UnitMismatch: item 'y' of block 'lib.far': there is no unit 'furlong'"), "{}", texts(&refusals));
 }
 
 #[test]

@@ -68,7 +68,7 @@ fn what_cannot_be_read_says_why() {
         ("void", "'void' has no value"),
         ("struct { int; }", "a member's name is missing"),
         ("[3]", "'[' is not a type"),
-        ("struct pose", "the type 'pose' is not known"),
+        ("struct pose", "there is no type 'pose'"),
     ] {
         let refusal = Type::parse(text, &Default::default()).expect_err(text);
         assert_eq!(refusal.class, Class::DefinitionError);

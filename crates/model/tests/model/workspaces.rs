@@ -38,7 +38,7 @@ fn each_fault_names_its_panel() {
         (json!({ "panel": "alarms", "row": [{ "panel": "alarms" }] }), "panel 'alarms': it is more than one of row, column, tabs and panel"),
         (json!({ "panel": "alarms", "names": ["a"] }), "panel 'alarms': it has 'names', which only a 'plot' panel has"),
         (json!({ "panel": "plot", "title": "Joint" }), "panel 'Joint': it cannot have 0 'names'"),
-        (json!({ "panel": "plot", "names": ["a"], "seconds": 0.0 }), "panel 'plot': it cannot look back 0 s"),
+        (json!({ "panel": "plot", "names": ["a"], "seconds": 0.0 }), "panel 'plot': its time span cannot be 0 s"),
         (json!({ "panel": "alarms", "share": 0.0 }), "panel 'alarms': its share cannot be 0"),
         (json!({ "panel": "values", "values": [{ "name": "a", "minimum": 2.0, "maximum": 1.0 }] }), "panel 'values': the limits of 'a' cannot be 2 and 1"),
         (json!({ "tabs": [{ "row": [{ "panel": "alarms" }] }] }), "a region: it is a tab, but not a panel"),

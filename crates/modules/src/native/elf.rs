@@ -80,7 +80,7 @@ impl<'a> Elf<'a> {
             segment.data(Little, bytes).map_err(|()| damaged("it is truncated"))?;
             dynamic = segment.dynamic(Little, bytes).map_err(short)?.or(dynamic);
         }
-        let dynamic = dynamic.ok_or_else(|| damaged("it has no table for the loader"))?;
+        let dynamic = dynamic.ok_or_else(|| damaged("it has no dynamic section"))?;
         Ok(Elf { bytes, kind: header.e_type(Little), segments, dynamic })
     }
 

@@ -31,7 +31,7 @@ pub(crate) fn can_change(file: &Elf<'_>) -> bool {
     names_a_function(file.bytes) || needs_another_library(file).unwrap_or(true) || file.executable().any(changes)
 }
 
-/// Returns true if the file imports one of the functions; names of imports are stored verbatim, each between two zeros.
+/// Returns true if the file imports one of the functions; names of imports are stored verbatim, each between two NUL bytes.
 fn names_a_function(bytes: &[u8]) -> bool {
     bytes.split(|&byte| byte == 0).any(|text| text.len() < 16 && FUNCTIONS.iter().any(|name| name.as_bytes() == text))
 }

@@ -18,7 +18,7 @@ use std::path::Path;
 pub(crate) fn load_bytes(path: &Path, bytes: Vec<u8>, options: &LoadOptions) -> Result<LoadedModule, LoadError> {
     let here = || path.to_path_buf();
     if seal::check(&bytes) == Seal::Broken {
-        return Err(LoadError::Damaged { path: here(), what: "its bytes differ from those that were built".to_string() });
+        return Err(LoadError::Damaged { path: here(), what: "it differs from the file that was built".to_string() });
     }
     let file = elf::check(&bytes).map_err(|error| match error {
         ElfError::Damaged(what) => LoadError::Damaged { path: here(), what },

@@ -87,7 +87,7 @@ impl Probe {
         (bytes.len(), KEY.hash_one((&self.command, bytes)))
     }
 
-    /// Loads the file in a child. Blocks until the child has finished, at most until the time limit.
+    /// Loads the file in a child. Blocks until the child has finished, but no longer than the time limit.
     pub fn run(&self, file: &Path) -> Finding {
         let Some((program, arguments)) = self.command.split_first() else { return Finding::Unusable("the probe has no command".to_string()) };
         let mut command = Command::new(program);

@@ -10,7 +10,7 @@ pub struct Instruction {
     pub changes_floats: bool,
 }
 
-/// Decodes the instruction at the start of `code`, which is not empty.
+/// Decodes the instruction at the start of `code`, which must not be empty.
 pub fn read(code: &[u8]) -> Instruction {
     Reader { code, at: 0, operand_16: false, address_32: false, repeated: false, wide: false }.read().unwrap_or(Instruction { len: 1, changes_floats: false })
 }

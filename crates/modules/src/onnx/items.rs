@@ -69,5 +69,5 @@ pub(super) fn identifier(name: &str) -> Result<&str, String> {
     if !is_one {
         return Err(format!("'{name}' cannot name a port or block: use letters, digits and _"));
     }
-    if is_taken_in_c(name) { Err(format!("'{name}' is a word of C or of OpenGPAC: give the port or block another name")) } else { Ok(name) }
+    if is_taken_in_c(name) { Err(format!("'{name}' is a reserved word of C or OpenGPAC: give the port or block another name")) } else { Ok(name) }
 }

@@ -43,7 +43,7 @@ pub struct Term {
     /// Range of the values with which the network was trained.
     pub within: Option<[Vec<f64>; 2]>,
     pub history: usize,
-    /// For a term that is not a port: the output of the network whose value at the previous invocation it takes.
+    /// Output of the network whose value at the previous invocation the term takes, if the term is not a port.
     pub previous: String,
     pub mode: String,
 }

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 type Metadata = BTreeMap<String, String>;
 
-/// Half of the last decimal that exporters write, with a margin.
+/// Half of the last decimal place that exporters write, with a margin.
 const ROUNDING: f64 = 5.1e-4;
 
 /// Compares the declaration with the file's metadata, and fills in omitted values.

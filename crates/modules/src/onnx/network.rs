@@ -36,7 +36,7 @@ pub fn decode(bytes: &[u8]) -> Result<(Model, BTreeMap<String, String>), String>
 pub fn read(model: &Model, shapes: &BTreeMap<String, Vec<i64>>) -> Result<Network, String> {
     let graph = model.graph.as_ref().ok_or("it has no graph: it is damaged, or not an ONNX file; export it again")?;
     let opset = model.opset_import.iter().find(|opset| matches!(opset.domain.as_str(), "" | "ai.onnx")).map(|opset| opset.version);
-    let opset = opset.ok_or("it names no version of the operators (opset): export it again")?;
+    let opset = opset.ok_or("it does not specify an operator set version (opset): export it again")?;
     if !OPSETS.contains(&opset) {
         return Err(format!("it uses opset {opset}, but only {} to {} are supported: export it with opset_version=17", OPSETS.start(), OPSETS.end()));
     }
@@ -116,7 +116,7 @@ fn shape_of(input: &ValueInfo, given: Option<&Vec<i64>>, batches: &HashSet<&str>
     if let Some(given) = given {
         let fits = dims.is_none_or(|dims| dims.len() == given.len() && dims.iter().zip(given).all(|(d, g)| d.is_open() || d.value == *g));
         if !fits {
-            return Err(format!("the given shape {given:?} does not fit that of the file"));
+            return Err(format!("the given shape {given:?} does not match the shape in the file"));
         }
         return Ok((kind, fixed(given)?));
     }
@@ -144,7 +144,7 @@ fn enter(node: &Node, opset: i64, values: &mut HashMap<String, Value>, program: 
     let find = |name: &String| match (name.as_str(), values.get(name)) {
         ("", _) => Ok(None),
         (_, Some(value)) => Ok(Some(value.clone())),
-        _ => Err(format!("it reads '{name}', which no node before it produces: the file is damaged")),
+        _ => Err(format!("it reads '{name}', which no earlier node produces: the file is damaged")),
     };
     let inputs = node.input.iter().map(find).collect::<Result<Vec<_>, _>>()?;
     let outputs = translate(node, inputs, opset, program)?;

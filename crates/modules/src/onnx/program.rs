@@ -10,7 +10,7 @@ pub const LANES: usize = 8;
 const STEPS_EACH: usize = 32;
 /// Maximum size of the scratch memory of one invocation, which is on the stack of the processor's thread.
 const SCRATCH_BYTES_MAX: usize = 256 << 10;
-/// Maximum number of constants: larger networks would not fit into a firing, and would take a compiler too long.
+/// Maximum number of constants: larger networks would not fit into a firing, and would take too long to compile.
 const CONSTANTS_MAX: usize = 4 << 20;
 
 struct Buffer {

@@ -90,9 +90,10 @@ fn outside(tensor: &Tensor, folder: &Path, total: &mut u64) -> Result<Vec<u8>, S
     let location = entry("location").ok_or("it names no file for its values: the file is damaged")?;
     let (start, length) = (number("offset")?.unwrap_or(0), number("length")?);
     if !Path::new(location).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir)) {
-        return Err(format!("its values are in '{location}', which is not below the folder of the network"));
+        return Err(format!("its values are in '{location}', which is outside the folder of the network"));
     }
-    let unreadable = |error: std::io::Error| format!("its values are in '{location}', which cannot be read beside the network ({error}): copy both files");
+    let unreadable =
+        |error: std::io::Error| format!("its values are in '{location}', which cannot be read in the folder of the network ({error}): copy both files");
     let mut file = File::open(folder.join(location)).map_err(unreadable)?;
     let size = file.metadata().map_err(unreadable)?.len();
     let length = length.unwrap_or_else(|| size.saturating_sub(start));

@@ -68,7 +68,7 @@ impl Value {
             Content::Buffer(_) => (0, false),
         };
         if len != count || !is_whole {
-            return Err(format!("it is damaged: its shape {shape:?} needs {count} values, but the file has another number"));
+            return Err(format!("it is damaged: its shape {shape:?} needs {count} values, but the file has a different number"));
         }
         if let Content::Floats(floats) = &made.content
             && floats.iter().any(|x| x.is_nan())
@@ -79,7 +79,7 @@ impl Value {
     }
 }
 
-/// Kind of a value's elements. All kinds are computed as 32-bit floats: integers beyond 2^24 are not exact.
+/// Kind of a value's elements. All kinds are computed as 32-bit floats, so integers beyond 2^24 are not exact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     Float,
@@ -146,7 +146,7 @@ pub fn broadcast(a: &[usize], b: &[usize]) -> Result<Vec<usize>, String> {
         .map(|i| match (at(a, i), at(b, i)) {
             (x, y) if x == y || y == 1 => Ok(x),
             (1, y) => Ok(y),
-            _ => Err(format!("shapes {a:?} and {b:?} do not fit together")),
+            _ => Err(format!("shapes {a:?} and {b:?} cannot be broadcast")),
         })
         .collect()
 }

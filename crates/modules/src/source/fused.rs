@@ -157,15 +157,15 @@ impl Room {
         Ok(command)
     }
 
-    /// Fails if a text expands differently after another one than on its own: a macro in one of them would change the computation of the
-    /// other.
+    /// Fails if a text expands differently after another one than on its own, because a macro in one of them would then change the
+    /// computation of the other.
     fn together(&self, texts: &[Arc<Text>], all: &Path) -> Result<(), NotFused> {
         let joined = self.lines_by_file(all, texts)?;
         for (number, text) in texts.iter().enumerate() {
             let alone = self.lines_by_file(&self.folder.path().join(numbered(number)), std::slice::from_ref(text))?;
             if let Some((file, _)) = alone.into_iter().find(|(file, lines)| text.includes(file) && joined.get(file) != Some(lines)) {
                 let others: Vec<String> = texts.iter().filter(|other| other.path != text.path).map(|other| format!("'{}'", other.path.display())).collect();
-                return Err(NotFused(format!("'{}' has a different text in one file with {}: they share a macro", file.display(), others.join(", "))));
+                return Err(NotFused(format!("'{}' expands differently in one file with {}, because they share a macro", file.display(), others.join(", "))));
             }
         }
         Ok(())

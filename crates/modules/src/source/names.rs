@@ -49,14 +49,15 @@ pub(super) fn taken_name(text: &str, line: u32, is_cxx: bool) -> Option<TakenNam
 
 fn reason(name: &str, is_cxx: bool) -> Option<&'static str> {
     match name {
-        _ if is_keyword(name) => Some("a word of C"),
-        _ if is_cxx && is_keyword_of_cxx(name) => Some("a word of C++"),
+        _ if is_keyword(name) => Some("a keyword of C"),
+        _ if is_cxx && is_keyword_of_cxx(name) => Some("a keyword of C++"),
         _ if is_macro(name) => Some("a macro of a header that blocks include"),
         _ => None,
     }
 }
 
-/// Returns each word of a declaration that precedes a bracket: its line, and the text from that word up to the first description.
+/// Yields each declaration keyword that is followed by an opening bracket: its line number, the keyword, and the text from the bracket up
+/// to the description.
 fn calls(text: &str) -> impl Iterator<Item = (u32, &str, &str)> {
     text.lines().zip(1..).flat_map(|(line, number)| {
         let code = line.split("//").next().unwrap_or(line);

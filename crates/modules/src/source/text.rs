@@ -17,7 +17,7 @@ pub(crate) struct Text {
     pub(crate) path: PathBuf,
     pub(crate) source: Vec<u8>,
     pub(crate) options: BuildOptions,
-    /// Files of the user that the source includes, each with a digest of its bytes.
+    /// User files that the source includes, each with a digest of its bytes.
     included: Vec<(PathBuf, u64)>,
     /// `Ok` if the source can be compiled again; otherwise the reason why it cannot.
     pub(crate) fit: Result<(), String>,

@@ -202,7 +202,7 @@ fn a_disk_that_is_full_already_is_refused() {
     let system = system();
     let begun = Recorder::start_in(&system, Box::new(folder.clone()), &folder.file("run.mcap"), &Options::default(), 1 << 20);
     let why = begun.map(|_| ()).expect_err("refused")[0].to_string();
-    assert!(why.contains("the disk has 0 MB free, but a recording leaves 1 MB") && why.contains("make room"), "{why}");
+    assert!(why.contains("the disk has 0 MB free, but a recording leaves 1 MB") && why.contains("free up space"), "{why}");
     assert!(folder.files().is_empty(), "no file is left");
 }
 

@@ -29,7 +29,7 @@ impl Processor {
                         Err(why) => break format!("its message cannot be understood: {why}"),
                     }
                 }
-                Ok(None) if silence.lasted() > silence_max => break format!("nothing has come from it for {} s", silence_max.as_secs_f64()),
+                Ok(None) if silence.lasted() > silence_max => break format!("nothing has been received from it for {} s", silence_max.as_secs_f64()),
                 Ok(None) => {}
                 Err(_) => break self.reason(),
             }

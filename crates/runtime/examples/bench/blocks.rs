@@ -79,7 +79,8 @@ impl Step for Pid {
     }
 }
 
-/// Number of invocations of the stopwatch that remain in this burst; also the times of its first and last ones.
+/// Number of invocations of the stopwatch that remain in this burst. The two statics that follow contain the times of its first and last
+/// invocations.
 pub static LEFT: AtomicU64 = AtomicU64::new(0);
 pub static FIRST_NS: AtomicI64 = AtomicI64::new(0);
 pub static LAST_NS: AtomicI64 = AtomicI64::new(0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Fused blocks: cost of 100 chained gains, in addition to the firing that contains them: fused, one by one, and written out in one C
-//! function.
+//! Fused blocks: cost of 100 chained gains, in addition to the firing that contains them, if they are fused, run one by one, or written
+//! out in one C function.
 use crate::Bench;
 use crate::dispatch::{Shape, table, wiring};
 use crate::loaded::Loop;

@@ -56,7 +56,7 @@ impl LoadResult {
         self.blocks.get(name).copied().expect("the names here are those of bench/c/blocks.c")
     }
 
-    /// Creates the same work written by hand: block i of `kinds` reads value `reads[i]` and writes value `writes[i]`.
+    /// Creates a hand-written program that does the same work: block i of `kinds` reads value `reads[i]` and writes value `writes[i]`.
     pub fn peer(&self, kinds: &[u8], reads: &[u32], writes: &[u32], values: usize) -> Peer<'_> {
         let kinds: Box<[u8]> = kinds.into();
         // SAFETY: the arrays have one entry per block, and `kinds` is kept as long as the peer.

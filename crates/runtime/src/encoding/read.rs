@@ -207,7 +207,7 @@ impl Reader {
 
     fn pair(&self, (from, to): (CellAt, CellAt)) -> ReadResult<(Cell, Cell)> {
         let (from, to) = (self.cell(from)?, self.cell(to)?);
-        if from.len() == to.len() { Ok((from, to)) } else { Err("a copy goes between cells of one length".to_owned()) }
+        if from.len() == to.len() { Ok((from, to)) } else { Err("a copy needs two cells of the same length".to_owned()) }
     }
 
     fn window(&self, value: CellAt, window: CellAt) -> ReadResult<(Cell, Window)> {
@@ -278,7 +278,7 @@ impl Reader {
             made.push(Stage { watches: watches.into_iter().map(watch).collect::<ReadResult<_>>()? });
         }
         if process.stages.get().is_some() {
-            return Err(format!("the stages of process {} were given before", process.id()));
+            return Err(format!("the stages of process {} were already set", process.id()));
         }
         process.set_stages(made);
         Ok(())

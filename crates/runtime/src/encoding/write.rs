@@ -28,7 +28,7 @@ pub struct Writer {
 struct KnownObject {
     number: u64,
     is_held: Box<dyn Fn() -> bool + Send>,
-    /// Further numbers of the same object: the extents of a device.
+    /// Further numbers of the same object, for the extents of a device.
     with: Vec<u64>,
 }
 
@@ -78,7 +78,8 @@ impl Writer {
         self.known.is_empty()
     }
 
-    /// Makes the other side drop objects that are no longer referenced here. Does this only occasionally.
+    /// Makes the other side drop objects that are no longer referenced here. Does nothing until the number of objects has at least
+    /// doubled since the last sweep.
     fn sweep(&mut self) {
         if self.known.len() < SWEEP_MIN.max(2 * self.swept) {
             return;

@@ -33,7 +33,8 @@ impl Host {
         source.listener().take(source.id, serial)
     }
 
-    /// Returns, once, the event that the watchdog has given up a source, because its block cannot be ended or its thread has exited.
+    /// Returns, once, the event that reports that the watchdog has given up on a source, because its block cannot be aborted or its
+    /// thread has exited.
     fn given_up(&self, source: &Source) -> Option<Event> {
         let (is_deaf, is_gone) = (source.is_deaf.load(Ordering::Acquire), source.is_gone.load(Ordering::Acquire));
         if !(is_deaf || is_gone) || source.is_told.swap(true, Ordering::AcqRel) {
@@ -64,8 +65,8 @@ impl Host {
         }
     }
 
-    /// Makes the calling thread poll in the supervisor's place until [`Host::stop_attending`]: reports from kernels do not wake the
-    /// supervisor, for at most 1 ms.
+    /// Makes the calling thread poll in the supervisor's place until [`Host::stop_attending`]. Reports from kernels then do not wake the
+    /// supervisor, unless the calling thread does not poll within 1 ms.
     pub fn attend(&self) {
         self.shared.supervisor.attend();
     }
@@ -134,8 +135,8 @@ impl Host {
         self.source(source).statistics()
     }
 
-    /// Makes the probe sample the blocks of a source for at least `for_ns`, one per firing. If there are several requests, the latest end
-    /// applies.
+    /// Makes the probe sample the blocks of a source for at least `for_ns`, one per firing. If several requests overlap, sampling stops
+    /// at the latest of their ends.
     pub fn probe(&self, source: SourceId, for_ns: u64) {
         if let Some(remote) = self.remote(source) {
             remote.probe(source, for_ns);

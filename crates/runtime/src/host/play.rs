@@ -39,7 +39,7 @@ pub struct Change {
 }
 
 impl Host {
-    /// Returns the reading end of a recorded connection, for a source of this host: it delivers the recorded values.
+    /// Returns the reading end of a recorded connection, for a source of this host; the end delivers the recorded values.
     pub fn played(&self, way: &Way) -> Box<dyn Receiver> {
         // A damaged record may name a source that it has not made.
         match self.tape(SourceId(way.spec.reader)) {
@@ -53,7 +53,7 @@ impl Host {
         Box::new(Unread(vec![0; way.spec.asynchronous_len], vec![0; way.spec.queue_row_len]))
     }
 
-    /// Replays a segment of `source`. `script`: the script carried out in it. Only on a host created by [`Host::playing`].
+    /// Replays a segment of `source`. `script`: the script carried out in it. May be called only on a host created by [`Host::playing`].
     pub fn play(&self, source: SourceId, stretch: &Stretch, script: Option<Box<Script>>) -> PlayedSegment {
         self.set_now(stretch.time_ns);
         let script = script.map(|mut script| {
@@ -70,7 +70,7 @@ impl Host {
         self.with_kernel(source, |kernel| kernel.table.steps.iter().filter_map(|step| step.block.as_ref()).any(|block| block.writes(cell)))
     }
 
-    /// Returns the values stored by the blocks of `source`, in the order of a firing.
+    /// Returns the values stored by the blocks of `source`, in the order in which a firing runs the blocks.
     pub fn stored(&self, source: SourceId) -> Vec<Change> {
         self.with_kernel(source, |kernel| kernel.table.steps.iter().filter_map(|step| step.block.as_ref()).flat_map(|block| stored(block)).collect())
     }

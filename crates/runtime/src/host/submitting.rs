@@ -10,7 +10,7 @@ impl Host {
         self.put(source, script, true);
     }
 
-    /// Submits a script whose acknowledgement no caller waits for, so a sleeping source of this process is not woken. The script is
+    /// Submits a script without waking a sleeping source of this process, because no caller waits for the acknowledgement. The script is
     /// carried out at the source's next activity; on a timer, before the next firing.
     pub fn submit_at_leisure(&self, source: SourceId, script: Box<Script>) {
         self.put(source, script, false);

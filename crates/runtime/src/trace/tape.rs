@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tape of a source. During recording, it stores each external answer in the order of the queries; during playback, the same queries
-//! return the stored answers. The answers of one firing or script form one [`Stretch`].
+//! Tape of a source. During recording, it stores the answer to each external query, in order; during playback, the same queries return
+//! the stored answers. The answers of one firing or script form one [`Stretch`].
 use device::DeviceError;
 use kernel::tape::{Occasion, Tape};
 use rtrb::{Consumer, Producer, RingBuffer};
@@ -25,7 +25,7 @@ pub struct Stretch {
     pub digest: u64,
     /// True if a fault stopped the source in the segment.
     pub stopped: bool,
-    /// External answers, in order.
+    /// Answers to external queries, in order.
     pub answers: Vec<u8>,
 }
 
@@ -52,18 +52,18 @@ impl Ask {
             "a group of another source",
             "no row of another source",
             "a row of another source",
-            "how many rows of another source wait",
+            "the number of waiting rows of another source",
             "the readings of a device",
-            "that a device could not be read",
-            "that a device was written",
-            "that a device could not be written",
-            "where a process stood",
+            "a failed read of a device",
+            "a write to a device",
+            "a failed write to a device",
+            "the stage of a process",
         ];
-        NAMES.get(usize::from(byte)).copied().unwrap_or("what no version of this recorder writes")
+        NAMES.get(usize::from(byte)).copied().unwrap_or("an unknown entry")
     }
 }
 
-/// Maximum size in bytes: of the answers of one segment, and of the answers waiting to be taken.
+/// Maximum size, in bytes, of the answers of one segment, and (`WAITING_MAX`) of all answers that wait to be taken.
 const ANSWERS_MAX: usize = 1 << 20;
 const WAITING_MAX: usize = 1 << 23;
 
@@ -128,7 +128,7 @@ impl SourceTape {
         }
     }
 
-    /// Returns, during playback, the first mismatch between queries and answers, if any; left-over answers count as a mismatch.
+    /// Returns, during playback, the first mismatch between queries and answers, if any; leftover answers count as a mismatch.
     pub fn differs(&self) -> Option<String> {
         let Side::Plays(side) = self.side() else { return None };
         side.differs.take().or_else(|| (side.at < side.answers.len()).then(|| format!("the record continues with {}", Ask::of(side.answers[side.at]))))

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Calls for alarms: define texts, raise alarms for the programming system, acknowledge, and list.
+//! Alarm calls: they define texts, raise alarms for the programming system, acknowledge alarms, and list them.
 use crate::alarms::causes::{known_alarm, raise};
 use crate::alarms::list::{Alarm, AlarmList, AlarmText, Cause, RaisedAlarm, Severity};
 use crate::alarms::shelving_calls::ShelvingRequest;
@@ -54,7 +54,7 @@ impl System {
         })
     }
 
-    /// Returns the current alarms, the history, and the texts.
+    /// Returns the current alarms, the history, and the text of each alarm code.
     pub fn alarms(&self) -> AlarmList {
         let core = self.shared.locked();
         let of = &core.safety.alarms;
@@ -65,12 +65,12 @@ impl System {
     /// Removes an alarm from the list for a limited time.
     ///
     /// # Errors
-    /// `CallError` without a reason, `OutOfRange` beyond 24 h, `UnknownName`, `NotAllowed` for alarms that must stay in the list: emergency stops, losses, and alarms of critical severity.
+    /// Fails with `CallError` if no reason is given, with `OutOfRange` beyond 24 h, with `UnknownName` if the alarm does not exist, and with `NotAllowed` if the alarm must stay in the list: emergency stops, losses, and alarms of critical severity.
     pub fn shelve_alarm(&self, asked: &ShelvingRequest) -> Result<(), Refusals> {
         self.shared.command(|core| core.shelve(asked))
     }
 
-    /// Returns a shelved alarm to the list. Returns true if it was shelved.
+    /// Puts a shelved alarm back into the list. Returns true if it was shelved.
     pub fn unshelve_alarm(&self, number: u64, who: &str) -> Result<bool, Refusals> {
         self.shared.command(|core| core.unshelve(number, who))
     }

@@ -1,9 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Causes of alarms: the end of a device's own verb without a command (active until the device is enabled or reset), a lost physical
-//! device (active as long as it is lost), a lost processor (until the reset), the emergency stop (until the reset), an abnormal end of
-//! another verb (returned at once: the end is the event), a forced signal (until it is released), a condition that names an alarm, and
-//! the programming system. Ends that follow
-//! from one of these raise no alarm of their own, so that each cause has a single line.
+//! Causes of alarms, and how long each keeps its alarm active:
+//!
+//! - the end of a device's own verb without a command: until the device is enabled or reset
+//! - a lost physical device: as long as it is lost
+//! - a lost processor, and the emergency stop: until the reset
+//! - an abnormal end of another verb: not at all, because the end is an event; the alarm returns at once
+//! - a forced signal: until it is released
+//! - a condition that names an alarm
+//! - the programming system
+//!
+//! Ends that follow from one of these raise no alarm of their own, so that each cause has a single entry.
 use crate::alarms::list::{CURRENT_MAX, Cause, RaisedAlarm, Severity};
 use crate::core::Core;
 use crate::ending::report::Report;
@@ -14,7 +20,7 @@ use model::refusal::Refusals;
 /// Code of the alarm of a forced signal.
 pub(crate) const FORCED: &str = "forced";
 
-/// Conditions of ends that follow from another alarm or from a command.
+/// Conditions with which a verb ends as a consequence of another alarm or of a command.
 const FOLLOWS: [&str; 6] = ["emergency_stop", "device_lost", "processor_lost", "device_disabled", "halted", "aborted"];
 
 /// Conditions that have their own alarm, which the fault of a logical device would only repeat.
@@ -24,14 +30,14 @@ pub(crate) fn raise(core: &mut Core, raised: RaisedAlarm<'_>) {
     let now_ns = core.host.now_ns();
     core.observation.log.add(now_ns, "alarm", raised.source, format!("{}: {}", raised.code, raised.text));
     if let Some(gone) = core.safety.alarms.raise(raised, now_ns) {
-        let text = format!("there is no room for more than {CURRENT_MAX} alarms: '{}' of '{}' was dropped before it was cleared", gone.code, gone.source);
+        let text = format!("the alarm list is full ({CURRENT_MAX} alarms): '{}' of '{}' was dropped before it was cleared", gone.code, gone.source);
         core.observation.log.add(now_ns, "lost", &gone.source, text);
     }
 }
 
 /// Raises the alarm for conditions of a source that were lost because the queue of its kernel was full.
 pub(crate) fn alarm_events_lost(core: &mut Core, source: &str, count: u64) {
-    let text = format!("{count} conditions or other events of source '{source}' were lost: more arrived than there is room for");
+    let text = format!("{count} conditions or other events of source '{source}' were lost, because their queue was full");
     let remedy = "report less often, or spread the verbs over more sources";
     raise(core, RaisedAlarm { code: "events_lost", source, block: None, text, remedy, severity: Severity::High, cause: Cause::Event });
     alarm_returns(core, "events_lost", source);
@@ -71,7 +77,7 @@ pub(crate) fn alarm_processor(core: &mut Core, place: &str, message: &str) {
     raise(core, RaisedAlarm { code: "processor_lost", source: place, block: None, text, remedy, severity: Severity::Critical, cause: Cause::Processor });
 }
 
-/// Raises the alarm of a forced signal. `to`: the value, and who forces it.
+/// Raises the alarm of a forced signal. `to` describes the value and who forces it.
 pub(crate) fn alarm_forced(core: &mut Core, signal: &str, is_output: bool, to: &str) {
     let (text, remedy) = (format!("{} '{signal}' is forced {to}", if is_output { "output" } else { "input" }), "release it as soon as it is not needed");
     raise(core, RaisedAlarm { code: FORCED, source: signal, block: None, text, remedy, severity: Severity::High, cause: Cause::Forced });
@@ -79,7 +85,7 @@ pub(crate) fn alarm_forced(core: &mut Core, signal: &str, is_output: bool, to: &
 
 /// Raises the alarm for a recording that ended prematurely. It is an event that an operator must see.
 pub(crate) fn alarm_recording(core: &mut Core, why: &str) {
-    let (code, source, remedy) = ("recording_failed", "system", "make room on the disk, and record into a new file");
+    let (code, source, remedy) = ("recording_failed", "system", "free up disk space, and record into a new file");
     raise(core, RaisedAlarm { code, source, block: None, text: why.to_owned(), remedy, severity: Severity::Medium, cause: Cause::Event });
     alarm_returns(core, code, source);
 }
@@ -90,7 +96,7 @@ pub(crate) fn alarm_closed(core: &mut Core, device: &str) {
     core.safety.alarms.clear(now_ns, |a| a.cause == Cause::Loss && a.source == device);
 }
 
-/// Clears the alarm for a logical device that was enabled again or deleted.
+/// Clears the alarm for a logical device that was re-enabled or deleted.
 pub(crate) fn alarm_enabled(core: &mut Core, device: &str) {
     let now_ns = core.host.now_ns();
     core.safety.alarms.clear(now_ns, |a| a.cause == Cause::Fault && a.source == device);
@@ -107,8 +113,7 @@ pub(crate) fn alarm_of_condition(core: &mut Core, id: u64, condition: usize, blo
     alarm_returns(core, &code, &source);
 }
 
-/// Raises the alarm for a verb that ended abnormally. `owner` is the device whose own verb it was, if the end was not caused by a
-/// command.
+/// Raises the alarm for a verb that ended abnormally. `owner` is the device whose own verb ended, if the end was not caused by a command.
 pub(crate) fn alarm_of_end(core: &mut Core, report: &Report, owner: Option<&str>, has_own: bool) {
     let text = match (&report.block, report.message.is_empty()) {
         (_, false) => format!("'{}' ended with '{}': {}", report.instance, report.condition, report.message),

@@ -80,7 +80,7 @@ impl Alarm {
 /// Cause that keeps an alarm active.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Cause {
-    /// No cause: the alarm was an event, or the programming system clears it.
+    /// No cause: the alarm is an event, or the programming system clears it.
     #[default]
     Event,
     /// A logical device in the state `fault`.
@@ -120,7 +120,7 @@ pub struct AlarmList {
     pub current: Vec<Alarm>,
     /// Alarms that an operator has removed from the list of current alarms for a limited time.
     pub shelved: Vec<Alarm>,
-    /// Alarms of the past, oldest first.
+    /// Past alarms, oldest first.
     pub history: Vec<Alarm>,
     /// Text of each code.
     pub texts: IndexMap<String, AlarmText>,

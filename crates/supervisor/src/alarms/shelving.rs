@@ -10,8 +10,8 @@ pub struct Shelving {
     /// Person or session that shelved the alarm.
     pub who: String,
     pub reason: String,
-    /// Time of the shelving, on the system's clock and on the wall clock (ns since the Unix epoch; if the system's clock is virtual, its
-    /// time is used for both).
+    /// Time at which the alarm was shelved, on the system's clock and on the wall clock (ns since the Unix epoch; if the system's clock
+    /// is virtual, its time is used for both).
     pub time_ns: i64,
     pub wall_ns: i64,
     /// Time at which the shelving expires.

@@ -39,14 +39,14 @@ impl Alarm {
         }
     }
 
-    /// Returns the alarm to the list if it is shelved.
+    /// Puts the alarm back into the list if it is shelved.
     pub(crate) fn unshelve(&mut self, now_ns: i64, who: &str) {
         if let Some(shelving) = self.shelvings.last_mut().filter(|shelving| shelving.ended_ns.is_none()) {
             (shelving.ended_ns, shelving.ended_by) = (Some(now_ns), printable(who));
         }
     }
 
-    /// Updates whether the alarm can be shelved, and returns it to the list if it no longer can.
+    /// Updates whether the alarm can be shelved, and puts it back into the list if it no longer can.
     pub(crate) fn judge_shelvable(&mut self, now_ns: i64) {
         self.shelvable = self.unshelvable().is_none();
         if !self.shelvable {
@@ -79,7 +79,7 @@ impl Core {
             return Err(refuse(Class::CallError, format!("the shelving of alarm {} {what}", asked.number), "explain in a sentence why it may leave the list"));
         }
         if !(1..=FOR_MAX_NS).contains(&asked.for_ns) {
-            let message = format!("an alarm cannot be shelved for {} s: the range is above 0 s, up to 24 h", asked.for_ns as f64 * 1e-9);
+            let message = format!("an alarm cannot be shelved for {} s: the time must be above 0 s and at most 24 h", asked.for_ns as f64 * 1e-9);
             return Err(refuse(Class::OutOfRange, message, "give at most 24 h; shelve it again after that"));
         }
         let now_ns = self.host.now_ns();
@@ -102,7 +102,7 @@ impl Core {
         Ok(())
     }
 
-    /// Returns an alarm to the list. Returns true if it was shelved.
+    /// Puts an alarm back into the list. Returns true if it was shelved.
     pub fn unshelve(&mut self, number: u64, who: &str) -> Result<bool, Refusals> {
         let now_ns = self.host.now_ns();
         let alarm = self.safety.alarms.known(number)?;
@@ -116,7 +116,7 @@ impl Core {
         Ok(true)
     }
 
-    /// Returns all alarms whose shelving has expired to the list.
+    /// Puts all alarms whose shelving has expired back into the list.
     pub fn serve_shelvings(&mut self, now_ns: i64) {
         if self.safety.alarms.next_unshelving().is_none_or(|until_ns| until_ns > now_ns) {
             return;
@@ -124,7 +124,7 @@ impl Core {
         let is_due = |alarm: &&mut Alarm| alarm.is_shelved() && alarm.shelvings.last().is_some_and(|shelving| shelving.until_ns <= now_ns);
         for alarm in self.safety.alarms.current.iter_mut().filter(is_due) {
             alarm.unshelve(now_ns, "");
-            self.observation.log.add(now_ns, "alarm", &alarm.source, format!("{}: its time on the shelf has expired", alarm.code));
+            self.observation.log.add(now_ns, "alarm", &alarm.source, format!("{}: its shelving has expired", alarm.code));
         }
         self.safety.alarms.sweep();
     }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Claims: from start to end, an instance owns everything that it can write, or the start is not admitted. A claim held by another
-//! instance is refused or, if the logical device concerned declares so, queued in the order of the starts, or taken by aborting the
-//! holder. A start takes all its claims at once and never holds one while waiting for another, so deadlock is impossible.
+//! Claims: from start to end, an instance owns everything that it can write, or the start is not admitted. If another instance holds a
+//! claim, the start is refused by default. If the logical device concerned declares it, the start is instead queued in the order of the
+//! starts, or takes the claim by aborting the holder. A start takes all its claims at once and never holds one while waiting for another,
+//! so deadlock is impossible.
 use crate::core::Core;
 use crate::instances::cause::Cause;
 use crate::instances::course::Course;
@@ -110,7 +111,7 @@ impl Course<'_> {
         self.end_by(SystemCondition::Aborted, message);
     }
 
-    /// Ends a queued start that has not begun.
+    /// Ends a start that is still queued.
     pub fn leave_queue(&mut self, condition: usize, message: &str, asked_for: bool) {
         let id = self.id;
         self.core.instances.queue.retain(|request| request.id != id);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Takeover by a start of the SVVs that its instance writes, and of the values that ψ stores.
+//! Takeover at a start: of the SVVs that the instance writes, and of the values that ψ stores.
 use crate::movements::carrier::Carrier;
 use crate::movements::sequence::{CarriedCell, Movement, Object};
 use crate::starting::psi::stored_svvs;
@@ -8,7 +8,7 @@ use model::interface::Mode;
 use model::plan::{CellKind, Plan, Target};
 
 impl Carrier<'_> {
-    /// Keeps the values that ψ stores in SVVs, for images that are created later.
+    /// Records the values that ψ stores in SVVs, for images that are created later.
     pub fn keep_stored(&mut self, plan: &Plan, stores: &[(Target, Vec<u8>)]) {
         let now_ns = self.host.now_ns();
         for (_, name, bytes) in stored_svvs(plan, stores) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Current writer of an SVV, and its source: of the possible writers, a port of the instance that has claimed the SVV.
+//! Current writer of an SVV, and the source of this writer. Of the possible writers, the current one is a port of the instance that has
+//! claimed the SVV.
 use crate::registry::Registry;
 use crate::svvs::cells::WriterRecord;
 use indexmap::IndexMap;
@@ -18,7 +19,7 @@ impl Registry {
         held().find(|writer| Some(writer.block) == record.written_by).or_else(|| held().next()).or_else(|| record.writers.first())
     }
 
-    /// Makes `source` the home of an SVV, in which its cell holds the current value. Returns the pairs that change.
+    /// Makes `source` the home of an SVV, that is, the source whose cell holds the current value. Returns the pairs that change.
     pub fn hand_over(&mut self, svv: &str, source: SourceId) -> Vec<Pair> {
         let Some(record) = self.svvs.get_mut(svv) else { return Vec::new() };
         if record.home == Some(source) {
@@ -46,7 +47,7 @@ impl Registry {
         svvs.filter(|svv| self.svvs.get(*svv).is_some_and(|record| record.bound > 1)).cloned().collect()
     }
 
-    /// Returns the writers that a new instance follows.
+    /// Returns the instances that a new instance follows, by the SVV that they write.
     pub fn followed(&self, plan: &Plan) -> IndexMap<String, u64> {
         let svvs = plan.blocks.iter().flat_map(|block| &block.external_drivers).map(|(_, svv)| svv);
         svvs.filter_map(|svv| Some((svv.clone(), self.driver_of(svv)?.instance))).collect()

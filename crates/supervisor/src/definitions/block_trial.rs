@@ -123,7 +123,7 @@ impl BlockTrial {
     }
 }
 
-/// Returns n of a sized block: the passed value, or the length of a sized item's value.
+/// Returns the size n of a sized block: the passed value, or the length of a sized item's value.
 fn size_of(interface: &Interface, values: &IndexMap<String, Value>, inputs: &IndexMap<String, Vec<Value>>) -> Result<Option<u32>, Refusals> {
     let Some(item) = interface.items.iter().find(|i| i.kind == Kind::Size) else { return Ok(None) };
     if let Some(Value::Integer(n)) = values.get(&item.name) {

@@ -16,7 +16,7 @@ pub(crate) struct Code {
     pub interface: Arc<Interface>,
 }
 
-/// All blocks by `module.block`. A module replaces a previous one with the same name; existing instances keep the old one.
+/// All blocks by `module.block`. A module replaces a previous one with the same name; existing instances continue to use the old one.
 #[derive(Default)]
 pub(crate) struct Catalog {
     pub blocks: HashMap<String, Code>,

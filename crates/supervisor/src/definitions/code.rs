@@ -25,7 +25,7 @@ impl System {
     /// is invalid, and with `InUse` if an instance of the module's blocks is running.
     pub fn enter(&self, module: &str, blocks: &[&'static opengpac::abi::Descriptor], types: &[&'static opengpac::abi::TypeDescriptor]) -> Result<(), Refusals> {
         self.refuse_busy_module(module)?;
-        let wrong = |why: String| refuse(Class::ModuleError, format!("cannot enter module '{module}': {why}"), "");
+        let wrong = |why: String| refuse(Class::ModuleError, format!("cannot register module '{module}': {why}"), "");
         let types = types.iter().map(|t| opengpac::read::TypeFace::read(t)).collect::<Result<Vec<_>, _>>().map_err(|why| wrong(why.to_string()))?;
         let faces = blocks.iter().map(|d| opengpac::read::BlockFace::read(d, &types)).collect::<Result<Vec<_>, _>>().map_err(|why| wrong(why.to_string()))?;
         self.enter_module(module, &faces, &types, Arc::new(()));
@@ -69,7 +69,7 @@ impl System {
             None => Ok(()),
             Some(busy) => Err(refuse(
                 Class::InUse,
-                format!("cannot download module '{module}' again: instance '{}' of its blocks is {}", busy.name, busy.state().name()),
+                format!("cannot download module '{module}' again: instance '{}', which uses its blocks, is {}", busy.name, busy.state().name()),
                 format!("halt '{}' first", busy.name),
             )),
         }

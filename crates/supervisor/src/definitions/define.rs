@@ -11,7 +11,7 @@ use model::{CheckedVerb, Composition, check_graph, compose};
 use std::sync::Arc;
 
 impl System {
-    /// Sets the placement: patterns over `verb.label` → source.
+    /// Sets the placement: pattern for `verb.label` → source.
     pub fn place(&self, placement: IndexMap<String, String>) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         for source in placement.values() {

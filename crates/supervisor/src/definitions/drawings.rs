@@ -17,7 +17,7 @@ impl System {
         check_definition(drawing, &self.as_configured())
     }
 
-    /// Checks as [`System::check_definition`] does, and adds everything that an installation would refuse for any arguments.
+    /// Checks as [`System::check_definition`] does, and adds everything that an installation would refuse regardless of the arguments.
     pub fn check_drawing(&self, drawing: &Drawing) -> Result<Refusals, Refusals> {
         check_drawing(drawing, &self.as_configured())
     }
@@ -27,7 +27,7 @@ impl System {
         compatible(drawing, &self.as_configured(), from, to)
     }
 
-    /// Returns, for each other port, the reason why this one cannot be wired to it, if it cannot.
+    /// Returns, for each other port, the reason why `from` cannot be wired to it, if it cannot.
     pub fn compatible_with(&self, drawing: &Drawing, from: &PortName) -> Result<Vec<Verdict>, Refusals> {
         compatible_with(drawing, &self.as_configured(), from)
     }

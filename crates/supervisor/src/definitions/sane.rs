@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks of values that have the right type but are not sensible: names that cannot be shown on one line of a log, sizes that no machine
-//! has.
+//! Checks of values that have the right type but are not sensible: names that cannot be shown on one line of a log, sizes that exceed the
+//! memory of any machine.
 use crate::refuse::refuse;
 use model::definition::SvvSpecification;
 use model::refusal::{Class, Refusals};
@@ -40,8 +40,8 @@ pub fn check_name(what: &str, name: &str) -> Result<(), Refusals> {
     Ok(())
 }
 
-/// Returns true for control characters, line and paragraph separators, and format characters, which have no width or change the writing
-/// direction.
+/// Returns true for control characters, line and paragraph separators, and format characters, which have zero width or control the
+/// writing direction.
 fn is_hidden(character: char) -> bool {
     character.is_control() || matches!(character, '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{206f}' | '\u{feff}')
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Lists of the verbs and blocks of the system, for a person who searches them or starts a verb manually.
+//! Lists of the verbs and blocks of the system, for users who browse them or start a verb manually.
 use crate::observation::description::ModuleAbout;
 use crate::refuse::unknown;
 use crate::system::System;
@@ -27,7 +27,7 @@ pub struct VerbSummary {
     pub parts: IndexMap<String, Part>,
 }
 
-/// Class of a verb, one of the paper's two.
+/// Class of a verb: one of the two defined in the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub enum VerbClass {

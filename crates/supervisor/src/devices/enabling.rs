@@ -14,7 +14,7 @@ use model::configuration::Configuration;
 use model::refusal::Refusals;
 
 impl Core {
-    /// Starts the device's own verb instance; a device without one is enabled immediately. Returns the instance, or 0.
+    /// Starts the device's own verb instance; a device without one is enabled immediately. Returns the instance, or 0 if there is none.
     pub fn enable(&mut self, device: &str, configuration: &Configuration) -> Result<u64, Refusals> {
         let record = self.registry.logical(device)?;
         match record.state {
@@ -76,7 +76,7 @@ impl Core {
     }
 
     /// Winds down in order: halts the actions, then disables the devices. Returns true when no verb is running. `is_late` is true if the
-    /// lists to which τ leads on `halted` have exhausted their time.
+    /// lists to which τ leads on `halted` have exceeded their time limit.
     pub fn wind_down(&mut self, is_late: bool) -> bool {
         let mut actions: Vec<u64> = (self.instances.values())
             .filter(|i| i.owner.is_none() && matches!(i.state(), State::Queued | State::Running | State::Suspended) && !i.is_ending())

@@ -118,7 +118,7 @@ fn beginnings(from: &Instance, to: &Instance, source: SourceId) -> Vec<(usize, C
     found
 }
 
-/// Lists the blocks inserted into a wire that have states of their own, which start at their initial values.
+/// Lists the blocks that were inserted into a wire and have states of their own; these states start at their initial values.
 fn untold(from: &Instance, to: &Instance) -> String {
     let has_states = |block: &usize| to.installed.interfaces[*block].items.iter().any(|item| item.kind == Kind::State);
     let mut blocks: Vec<usize> = beginnings(from, to, to.installed.sources[0]).into_iter().map(|(block, ..)| block).filter(has_states).collect();

@@ -12,7 +12,7 @@ impl System {
     /// within one firing.
     ///
     /// # Errors
-    /// Fails with any refusal of creating or starting the other verb; in that case nothing has changed. `PlacementError` if one of the two verbs is spread over several sources; `InvalidState` if the device is neither enabled nor idle, or if one of its SVVs drives another verb.
+    /// Fails with any refusal that creating or starting the other verb would return; in that case nothing has changed. Fails with `PlacementError` if one of the two verbs is spread over several sources, and with `InvalidState` if the device is neither enabled nor idle, or if one of its SVVs drives another verb.
     pub fn exchange_verb(&self, device: &str, verb: &str, place: Option<SourceLocation>) -> Result<(), Refusals> {
         let mut definitions = self.shared.definitions();
         let Some(record) = definitions.configuration.logical_devices.get(device) else {

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Forced signals: an input whose value replaces the reading, or an output whose value replaces the command, in the exchange of its device.
+//! Forced signals: an input whose value replaces the reading, or an output whose value replaces the command, in the exchange of its
+//! device.
 //!
 //! A signal is a logical device with an argument `channel`. It is forced only while it is enabled, and each force ends with the session
-//! that set it, with the device, and with an emergency stop; an alarm is active as long as it lasts.
+//! that set it, with the device, and with an emergency stop. An alarm is active as long as the force lasts.
 use crate::alarms::causes::{FORCED, alarm_forced, alarm_returns};
 use crate::core::Core;
 use crate::devices::forces::Force;
@@ -18,7 +19,7 @@ use model::definition::Argument;
 use model::refusal::{Class, Refusals};
 use model::value::Value;
 
-/// Argument of a signal's verb that is its channel.
+/// Name of the argument of a signal's verb that is bound to the channel.
 const CHANNEL: &str = "channel";
 
 /// A request to force a signal, with its channel.
@@ -33,7 +34,7 @@ pub(crate) struct ForceRequest<'a> {
 }
 
 impl<'a> ForceRequest<'a> {
-    /// Makes the request for a logical device. Fails if the device has no channel of its own.
+    /// Creates the request for a logical device. Fails if the device has no channel of its own.
     pub fn of(configuration: &'a Configuration, name: &'a str, value: &'a Value, who: &'a str) -> Result<ForceRequest<'a>, Refusals> {
         let devices = &configuration.logical_devices;
         let Some(record) = devices.get(name) else { return Err(unknown("logical device", name, devices.keys().map(String::as_str))) };
@@ -134,7 +135,7 @@ impl Core {
         true
     }
 
-    /// Ends the forces that `of` selects. Returns the signals.
+    /// Ends the forces that `of` selects. Returns the signals that were released.
     pub fn release_forces(&mut self, why: &str, of: impl Fn(&str, &Force) -> bool) -> Vec<String> {
         let names: Vec<String> = self.safety.forces.by_signal.iter().filter(|(name, force)| of(name, force)).map(|(name, _)| name.clone()).collect();
         for name in &names {
@@ -152,7 +153,7 @@ impl Core {
         }
     }
 
-    /// Ends the force of an output whose limits have changed so that they no longer allow it.
+    /// Ends the force of an output if its limits have changed so that they no longer allow the forced value.
     pub fn release_force_beyond(&mut self, name: &str, configuration: &Configuration) {
         let limits = configuration.logical_devices.get(name).and_then(limits);
         let value = self.safety.forces.by_signal.get(name).filter(|force| force.is_output).and_then(|force| number(&force.value));
@@ -164,7 +165,7 @@ impl Core {
     }
 }
 
-/// Returns the word of a forced value, and the value as a number or a bool in the unit of the channel.
+/// Returns a forced value as a word of the channel, and as a number or a bool in the unit of the channel.
 fn encoded(asked: &ForceRequest<'_>, channel: &Channel) -> Result<(u64, Value), Refusals> {
     let name = asked.name;
     let within = |message: String, remedy: String| refuse(Class::OutOfRange, message, remedy);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Calls that force signals, end their forcing, and list the forced ones.
+//! Calls that force signals, release them, and list the forced signals.
 use crate::devices::forcing::ForceRequest;
 use crate::refuse::{refuse, unknown};
 use crate::system::System;
@@ -12,7 +12,7 @@ use serde::Serialize;
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct ForcedSignal {
-    /// Number of the force, counted over the system.
+    /// Number of the force, unique within the system.
     pub number: u64,
     /// Channel, `device.channel`.
     pub channel: String,
@@ -20,18 +20,17 @@ pub struct ForcedSignal {
     pub output: bool,
     /// Value that replaces the reading or the command, in the unit of the channel.
     pub value: Value,
-    /// Person or session that forces.
+    /// Person or session that forces the signal.
     pub who: String,
-    /// Time on the system's clock at which it was forced, s.
+    /// Time on the system's clock at which the signal was forced, s.
     pub since_s: f64,
 }
 
 impl System {
-    /// Forces an input or output, given by its logical device, until it is released. Returns the number of the force.
+    /// Forces an input or output, identified by its logical device, until it is released. Returns the number of the force.
     ///
     /// # Errors
-    /// `UnknownName` and `CallError` for a device that is no signal; `NotEnabled`; `EmergencyStopped`; `NotAllowed` for emergency stop
-    /// inputs and the enabling switch; `OutOfRange` for a value that the output cannot have; `InvalidState` if the mode does not allow it.
+    /// Fails with `UnknownName` or `CallError` if the device is not a signal, with `NotEnabled` if it is not enabled, with `EmergencyStopped` while an emergency stop is latched, with `NotAllowed` for emergency stop inputs and the enabling switch, with `OutOfRange` for a value that the output cannot have, and with `InvalidState` if the mode does not allow it.
     pub fn force(&self, name: &str, value: &Value, who: &str) -> Result<u64, Refusals> {
         let definitions = self.shared.definitions();
         let asked = ForceRequest::of(&definitions.configuration, name, value, who)?;
@@ -41,7 +40,7 @@ impl System {
     /// Ends the forcing of one signal, or of all. Returns the signals that were forced.
     ///
     /// # Errors
-    /// `UnknownName` for a logical device that does not exist; `InvalidState` for one that is not forced.
+    /// Fails with `UnknownName` if the logical device does not exist, and with `InvalidState` if it is not forced.
     pub fn unforce(&self, name: Option<&str>, who: &str) -> Result<Vec<String>, Refusals> {
         let why = format!("by {who}");
         self.shared.command(|core| {
@@ -62,7 +61,7 @@ impl System {
         let _ended = self.shared.command(|core| Ok(core.release_forces(why, |_, force| numbers.contains(&force.number))));
     }
 
-    /// Returns the forced signals, by their logical devices.
+    /// Returns the forced signals, by logical device.
     pub fn forced(&self) -> IndexMap<String, ForcedSignal> {
         forced(&self.shared.locked())
     }

@@ -62,7 +62,7 @@ impl System {
             Ok(about) => about,
             Err(why) => {
                 self.shut(processor, name);
-                let message = format!("cannot open device '{name}': its driver describes it in a form that is not valid: {why}");
+                let message = format!("cannot open device '{name}': the description of its driver is invalid: {why}");
                 return Err(refuse_at(Class::DeviceFailed, message, "", place));
             }
         };
@@ -85,8 +85,8 @@ impl System {
         Ok(about)
     }
 
-    /// Refuses a source that is too slow for a device with its own watchdog: the device must be commanded in time even if one firing is
-    /// late.
+    /// Refuses a source that is too slow for a device with its own watchdog, because the device must be commanded in time even if one
+    /// firing is late.
     fn refuse_slow(&self, definitions: &Definitions, name: &str, source: &str, about: &serde_json::Value) -> Result<(), Refusals> {
         let Some(timeout_ns) = about["watchdog_ns"].as_u64() else { return Ok(()) };
         let ms = |ns: u64| ns as f64 * 1e-6;

@@ -127,8 +127,8 @@ impl Course<'_> {
         self.go_from(builder, list, 0);
     }
 
-    /// Follows a kernel that entered the ending list in the firing in which the condition occurred; the values captured by its script are
-    /// the outputs of that source.
+    /// Catches up with a kernel that entered the ending list in the firing in which the condition occurred. The values captured by its
+    /// script are the outputs of that source.
     pub fn concluded_by_kernel(&mut self, source: SourceId, cause: Cause, captured: &[u8]) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };

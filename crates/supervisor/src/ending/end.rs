@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Ends: every start of a verb instance has exactly one end with its report.
+//! Ends of verb instances: every start has exactly one end, with one report.
 use crate::alarms::causes::{alarm_of_condition, alarm_of_end};
 use crate::core::Core;
 use crate::ending::report::Report;
@@ -76,7 +76,8 @@ impl Course<'_> {
         self.come_with(condition, value, message, false);
     }
 
-    /// Applies a condition that does not come from a block: follows τ or ends the verb. `asked_for` is true if the waiter requested it.
+    /// Applies a condition that does not come from a block: follows τ or ends the verb. `asked_for` is true if it was requested by the
+    /// caller that waits for the end.
     pub fn come(&mut self, condition: usize, message: String, asked_for: bool) {
         self.come_with(condition, None, message, asked_for);
     }
@@ -128,7 +129,7 @@ impl Course<'_> {
         }
     }
 
-    /// Starts the final end: deactivates everything and makes it safe in every source, then reports. The process is frozen.
+    /// Starts the final end: deactivates everything and makes it safe in every source, then reports. The process is already frozen.
     pub fn finish(&mut self, cause: Cause) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };
@@ -164,8 +165,8 @@ impl Course<'_> {
         self.replace_sequence(builder.finish());
     }
 
-    /// Follows a kernel that ended the verb in the same firing; the values captured by its script are the outputs of that source. `alone`
-    /// is true if no further condition of that firing remains to be reported.
+    /// Catches up with a kernel that ended the verb in the same firing. The values captured by its script are the outputs of that source.
+    /// `alone` is true if no further condition of that firing remains to be reported.
     pub fn ended_by_kernel(&mut self, source: SourceId, cause: Cause, captured: &[u8], alone: bool) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };

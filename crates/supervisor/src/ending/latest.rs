@@ -4,7 +4,7 @@ use crate::ending::report::Report;
 use serde::Serialize;
 use std::collections::VecDeque;
 
-/// Number of ends to keep.
+/// Number of end reports to keep.
 const ENDS_MAX: usize = 1024;
 
 /// End of one start.

@@ -47,8 +47,8 @@ pub struct Report {
     pub value: Option<Value>,
     /// Description of the cause.
     pub message: String,
-    /// Output values of all conditions that led to the end and of the last one: for each name the latest value, or null if it was not
-    /// reported in this start.
+    /// Output values of the condition that ended the verb and of all conditions that led to it: for each name the latest value, or null
+    /// if it was not reported in this start.
     pub outputs: IndexMap<String, Option<Value>>,
     pub others: Vec<Other>,
     /// Transitions taken, in order; at most the last 64 are kept.

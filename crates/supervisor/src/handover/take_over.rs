@@ -76,7 +76,7 @@ impl System {
         for processor in remote {
             let taken = processor.take_over().map_err(|why| {
                 let message = format!("cannot take over what runs on {}: {why}", self.shared.locked().remote.called(&processor));
-                refuse(Class::InvalidState, message, "close this system instead: what runs there ends in order when its patience has run out")
+                refuse(Class::InvalidState, message, "close this system instead: what runs there ends in an orderly way when its patience= has elapsed")
             })?;
             let of =
                 OfProcessor { name: processor.name().to_owned(), processors: self.shared.locked().remote.processors_in(&processor), ..OfProcessor::default() };
@@ -133,7 +133,7 @@ fn ask_unwritten(core: &mut Core, processor: &str) -> Vec<AskedSvvs> {
     asked
 }
 
-/// Adopts values that differ from those stored here as the current values.
+/// Adopts as current those values that differ from the values stored here.
 fn know_again(core: &mut Core, asked: &[AskedSvvs]) {
     let mut known: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
     for (ticket, names) in asked {

@@ -25,7 +25,7 @@ use std::time::Duration;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct DeviceRequest {
     pub device_type: String,
-    /// Parameters that differ from the type's.
+    /// Parameters whose values differ from those of the type.
     #[serde(default)]
     pub parameters: IndexMap<String, Value>,
     /// Verb that operates the device, if it differs from the type's because the drive is commanded in a different way. Its parameters are
@@ -378,7 +378,7 @@ fn in_kind_of(default: &Value, unit: &str, value: &Value) -> Result<Value, model
         (Value::Record(_), Value::Record(_)) => Ok(value.clone()),
         _ => Err(model::refusal::Refusal::new(
             Class::ValueRefused,
-            format!("it must be a value like its default, {}, not {}", default.described(), value.described()),
+            format!("it must be of the same type as its default ({}), but it is {}", default.described(), value.described()),
         )),
     }
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Causes for which starts end.
+//! Causes of ends.
 use model::value::Value;
 
-/// Cause for which a start ends.
+/// Cause of the end of a start.
 #[derive(Clone, Debug)]
 pub(crate) struct Cause {
     /// Index into the plan's conditions.
@@ -12,6 +12,6 @@ pub(crate) struct Cause {
     pub value: Option<Value>,
     pub message: String,
     pub time_ns: i64,
-    /// True if the end counts as normal regardless of the condition (a halt requested by the waiter).
+    /// True if the end counts as normal regardless of the condition (a halt requested by the caller that waits for the end).
     pub asked_for: bool,
 }

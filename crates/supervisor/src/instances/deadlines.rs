@@ -71,7 +71,7 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// Ends a timed wait: enters the next stage, unless a kernel was faster.
+    /// Ends a timed wait: enters the next stage, unless a kernel has already done so.
     fn end_timed_wait(&mut self) {
         let id = self.id;
         let before = (self.core.instances[&id].position.list, self.core.instances[&id].position.stage);

@@ -99,7 +99,7 @@ impl Core {
             Event::Ended { source, time_ns } => {
                 let name = self.registry.source_name(source).to_owned();
                 let why = format!(
-                    "the operating system has ended the thread of source '{name}', as it does if a block gives up rights by seccomp; start the program again"
+                    "the operating system has ended the thread of source '{name}', as it does if a block restricts itself with seccomp; start the program again"
                 );
                 give_up_for_good(self, source, &why, time_ns);
             }
@@ -133,7 +133,7 @@ impl Core {
                     self.host.now_ns(),
                     "lost",
                     &name,
-                    format!("{count} conditions or other events of the source were lost for want of room"),
+                    format!("{count} conditions or other events of the source were lost, because their queue was full"),
                 );
                 alarm_events_lost(self, &name, count);
             }
@@ -260,7 +260,7 @@ impl Core {
 }
 
 impl Course<'_> {
-    /// Handles the answer that the kernel has frozen a process.
+    /// Handles a kernel's answer that it has frozen a process.
     fn frozen(&mut self, reported: Option<(usize, usize)>, cause: Cause) {
         let id = self.id;
         if !self.take_process(true) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Messages for conditions reported by a servo. For a following error: its size and limit, the effort of the motor or else of the servo,
-//! the lost time, and a remedy; for an unstable servo, its frequency.
+//! Messages for conditions reported by a servo. The message for a following error contains its size and limit, the effort of the motor or
+//! else of the servo, the lost time, and a remedy; the message for an unstable servo contains its frequency.
 //!
 //! The numbers are those that the condition returns under the names `error_limit`, `effort`, `effort_limit`, `motor_effort`,
 //! `motor_limit` and `time_lost`, as the servos of `robots` do; if a verb returns fewer of them, the message is shorter.
@@ -14,7 +14,7 @@ const FOLLOWING_ERROR: &str = "following_error";
 const SERVO_UNSTABLE: &str = "servo_unstable";
 /// Output of a servo that contains the lost time.
 const TIME_LOST: &str = "time_lost";
-/// Condition reported by a servo's block that has brought its joint to rest because of a gap in time.
+/// Condition that a servo's block reports when it has brought its joint to rest because of a gap in time.
 pub(crate) const GAP: &str = "gap";
 /// Parameter of a joint that contains the maximum lost time, s.
 pub(crate) const GAP_MAX: &str = "max_gap";
@@ -40,7 +40,7 @@ struct FollowingError<'a> {
 }
 
 /// Returns the message for a condition that a servo reported with this value; empty for any other condition. `owner` is the logical
-/// device whose own verb it is.
+/// device whose own verb reported it.
 pub(crate) fn servo_text(
     registry: &Registry,
     condition: &str,
@@ -69,8 +69,8 @@ pub(crate) fn gap_text(device: &str, lost_s: f64, gap_max_s: Option<f64>) -> Str
         _ => format!(", and '{device}' moved on by more than max_following_error in that time"),
     };
     format!(
-        "{} were lost at once{moved}: its servo brought it to rest from where it was then, and it is still enabled; find what delayed the servo \
-         (statistics), check where the joint stands and start again",
+        "{} were lost at once{moved}: its servo brought it to rest from its position at that time, and it is still enabled; find what delayed the servo \
+         (statistics), check the position of the joint, and start again",
         quantity(lost_s, "s")
     )
 }
@@ -80,7 +80,7 @@ pub(crate) fn gap_text(device: &str, lost_s: f64, gap_max_s: Option<f64>) -> Str
 pub(crate) fn motion_gap_text(lost_s: f64, gap_max_s: Option<f64>) -> String {
     let most = gap_max_s.map_or_else(|| "max_gap".to_owned(), |most| format!("max_gap ({})", quantity(most, "s")));
     format!(
-        "{} were lost at once, more than {most} allows: a block ran for too long, or the machine stood still; the joints have come to rest: start the \
+        "{} were lost at once, more than {most} allows: a block ran for too long, or the computer was suspended; the joints have come to rest: start the \
          motion again, or raise max_gap= of the joint",
         quantity(lost_s, "s")
     )

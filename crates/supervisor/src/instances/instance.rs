@@ -46,8 +46,8 @@ impl State {
 pub(crate) enum Rest {
     /// No suspension has been requested.
     Unasked,
-    /// The instance is first coming to rest. Contains the running time at which the time limit for this expires, and the conditions that
-    /// have occurred so far.
+    /// The instance is coming to rest. Contains the running time at which the time limit for coming to rest expires, and the conditions
+    /// that have occurred so far.
     Coming { until_ns: i64, rested: Vec<(usize, usize)> },
     /// The instance will be suspended when the running sequence is complete.
     Due,
@@ -244,13 +244,13 @@ pub(crate) struct EndingEvents {
     pub departure: Option<Departure>,
     /// Time limit or loss that ordered the verb to end, if τ has led from it to another list.
     pub began: Option<Cause>,
-    /// True if a second `halt` is immediate.
+    /// True if a halt has been requested; a second one is then immediate.
     pub halting: bool,
     /// True if `device_disabled` has occurred; it is handled only once.
     pub disabled: bool,
     /// True if a later start has aborted the instance; this happens only once.
     pub aborted: bool,
-    /// True if that later start acts on all devices of the instance.
+    /// True if the start that aborted the instance acts on all of its devices.
     pub is_overtaken: bool,
 }
 
@@ -274,7 +274,7 @@ pub(crate) struct Instance {
     pub life: Life,
     /// Number of starts of the instance.
     pub starts: u64,
-    /// Generation of the process known to the supervisor: kernel, supervisor and PS race to advance it.
+    /// Latest generation of the process that the supervisor knows of. Kernel, supervisor and PS race to advance it.
     pub generation: u32,
     pub position: Position,
     pub times: Times,
@@ -366,7 +366,7 @@ impl Instance {
         (self.findings, self.leaving) = (Findings::default(), EndingEvents::default());
     }
 
-    /// Returns the index of a condition with this name: its line for the current command list, if there is one.
+    /// Returns the index of a condition with this name: its entry for the current command list, if there is one.
     pub fn condition(&self, name: &str) -> Option<usize> {
         let named = || self.plan.conditions.iter().enumerate().filter(|(_, c)| c.name == name);
         named().find(|(_, c)| c.holds_in(self.position.list)).or_else(|| named().next()).map(|(index, _)| index)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Calls for the life of an instance from start to end.
+//! Calls that control an instance from its start to its end.
 use crate::ending::report::Report;
 use crate::instances::instance::{Instance, Limits, State};
 use crate::pausing::program::refuse_paused;

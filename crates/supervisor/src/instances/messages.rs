@@ -19,7 +19,7 @@ impl Instance {
         (!bytes.is_empty() && bytes.len() == of.size()).then(|| of.decode(bytes))
     }
 
-    /// Returns the text about a block's report that does not match any current termination condition.
+    /// Returns the message for a block's report that does not match any current termination condition.
     pub fn unwatched(&self, block: BlockId, item: u8, fault: Option<(Fault, Vec<u8>)>) -> String {
         let index = self.installed.blocks.iter().position(|b| b.id() == block);
         match &fault {
@@ -27,15 +27,15 @@ impl Instance {
             None => {
                 let item = index.and_then(|b| item_name(self, b, item)).unwrap_or_default();
                 let label = index.map_or("?", |b| self.plan.blocks[b].label.as_str());
-                format!("'{label}' reported '{item}', which no termination condition covers at present")
+                format!("'{label}' reported '{item}', which no termination condition currently covers")
             }
         }
     }
 }
 
 impl Instance {
-    /// Returns the logical device whose own verb this is and the lost time, s, if the block has reported the condition `gap`, that is, if
-    /// the servo has brought the joint to rest.
+    /// Returns the logical device whose own verb this instance runs, and the lost time, s, if the block has reported the condition `gap`,
+    /// that is, if the servo has brought the joint to rest.
     pub fn gap_of_owner(&self, block: BlockId, item: u8, value: &[u8]) -> Option<(String, f64)> {
         let owner = self.owner.as_ref()?;
         let index = self.installed.blocks.iter().position(|b| b.id() == block)?;
@@ -52,17 +52,17 @@ pub(crate) fn gap_message(instance: &Instance, registry: &Registry, block: Optio
     motion_gap_text(lost_s, bounds.reduce(f64::min))
 }
 
-/// Returns the text about a source that was stopped.
+/// Returns the message for a source that was stopped.
 pub(crate) fn stopped_text(instances: &Instances, registry: &Registry, source: SourceId, block: BlockId, fault: &Fault) -> String {
     let why = match instances.culprit(block) {
         _ if *fault == Fault::Floats => floats_text(instances, registry, source),
         Some((of, index)) => format!("{}, of '{}'", fault_text(of, Some(index), fault, &[]), of.name),
-        None => "a block that is gone".to_owned(),
+        None => "a deleted block".to_owned(),
     };
     format!("source '{}' stopped: {why}", registry.source_name(source))
 }
 
-/// Returns the text about a fault, which names the block and the fault code; `said` is the text of its exception.
+/// Returns the message for a fault, which names the block and the fault code; `said` is the text of its exception.
 pub(crate) fn fault_text(instance: &Instance, block: Option<usize>, fault: &Fault, said: &[u8]) -> String {
     let of = block.map(|b| &instance.plan.blocks[b]);
     let what = of.map_or("a block".to_owned(), |b| format!("block '{}' ({})", b.label, b.block));

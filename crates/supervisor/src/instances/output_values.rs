@@ -65,15 +65,15 @@ impl InstalledVerb<'_> {
         self.cells_of(&[piece]).iter().map(kernel::Cell::len).sum()
     }
 
-    /// Adds the operations that end the verb in `source`: deactivate everything and make it safe, hold its running time, and read these
-    /// outputs.
+    /// Adds the operations that end the verb in `source`: they deactivate everything and make it safe, hold the verb's running time, and
+    /// read these outputs.
     pub fn end_in(&self, builder: &mut Builder, source: SourceId, outputs: &[Piece]) {
         self.stop_in(builder, source);
         builder.add(source, Op::StopClock(self.installed.process.clone()));
         self.capture_in(builder, source, outputs);
     }
 
-    /// Adds the operation that reads those of these pieces that are in `source`, if any.
+    /// Adds the operation that reads the pieces that are in `source`; adds nothing if there are none.
     pub fn capture_in(&self, builder: &mut Builder, source: SourceId, pieces: &[Piece]) {
         if !pieces.is_empty() {
             builder.add(source, Op::Capture(self.cells_of(pieces)));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Call of a verb: creates, starts, waits for and deletes its instance, each in a step of the caller.
+//! Call of a verb in separate steps: the caller creates the instance, starts it, waits for it, and deletes it.
 use crate::attending::Attending;
 use crate::core::Core;
 use crate::ending::report::Report;

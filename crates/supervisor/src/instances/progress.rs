@@ -22,7 +22,7 @@ impl Instance {
         self.leaving.departure.as_ref().is_some_and(|d| d.ending_from.is_some())
     }
 
-    /// Returns the list to which τ leads from the current one. An abort for which τ has no line follows the line for a halt, whose
+    /// Returns the list to which τ leads from the current one. An abort for which τ has no entry follows the entry for a halt, whose
     /// deceleration suits both, unless another verb takes over all devices in motion.
     pub fn led_to(&self, condition: usize) -> Option<usize> {
         let transitions = &self.plan.lists[self.position.list].transitions;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Tunable intervals: changed while a verb is running, at a period boundary, after the model has checked that all rates still hold: those
-//! within the instance, those of its inputs, and those of every instance that reads its outputs.
+//! Tunable intervals. They may be changed while a verb is running; a change takes effect at a period boundary, after the model has
+//! checked that all rates still hold: those within the instance, those of its inputs, and those of every instance that reads its outputs.
 use crate::definitions::system_definitions::Definitions;
 use crate::instances::instance::{Instance, Intervals, Origin};
 use crate::refuse::invalid_state;

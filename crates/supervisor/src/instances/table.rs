@@ -94,7 +94,7 @@ impl Instances {
         self.values().find_map(|i| Some((i, i.installed.blocks.iter().position(|b| b.id() == block)?)))
     }
 
-    /// Returns the overruns counted so far in the sources of an instance.
+    /// Returns the number of overruns so far in the sources of an instance.
     pub fn overruns(&self, host: &Host, id: u64) -> u64 {
         self[&id].installed.sources.iter().map(|s| host.statistics(*s).overruns).sum()
     }

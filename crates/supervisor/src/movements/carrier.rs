@@ -36,7 +36,7 @@ impl Carrier<'_> {
         }
     }
 
-    /// Returns a script of these operations; `None` if the source is cut off.
+    /// Builds a script from these operations; `None` if the source is cut off.
     fn script(&mut self, source: SourceId, ops: Vec<Op>, purpose: Purpose) -> Option<Box<Script>> {
         let id = self.numbers.fresh();
         self.scripts.sent(id, purpose);
@@ -59,7 +59,7 @@ impl Carrier<'_> {
         }
     }
 
-    /// Replaces tables without waking a source, because all removed blocks are already inactive.
+    /// Replaces tables without waking the sources, which is possible because all removed blocks are already inactive.
     pub fn renew_tables_at_leisure(&mut self, sources: Vec<SourceId>) {
         for source in sources {
             let op = self.table_op(source);
@@ -120,7 +120,7 @@ impl Carrier<'_> {
         self.swap_tables(id, readers);
     }
 
-    /// Initialises SVVs that start as copies with the values captured by the previous script, in every image.
+    /// Initialises SVVs that start as copies of others, in every image, from the values captured by the previous script.
     pub fn copy_initial(&mut self, id: u64) {
         let Some(instance) = self.instances.get_mut(&id) else { return };
         let captured: Vec<u8> = std::mem::take(&mut instance.work.captured).into_iter().flat_map(|(_, bytes)| bytes).collect();

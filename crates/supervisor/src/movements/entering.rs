@@ -40,7 +40,7 @@ impl Carrier<'_> {
         Ok(merged)
     }
 
-    /// Refuses synchronous ports that would have to run before each other.
+    /// Returns the refusal of a cycle of synchronous ports, each of which would have to run before the next.
     fn cycle(&self, verb: &str, installed: &InstalledPlan, source: &str, cycle: &[BlockId]) -> Refusals {
         let known = self.wiring.tables.values().flat_map(|t| &t.steps).map(|s| &s.block).chain(&installed.blocks);
         let names: Vec<&str> = known.filter(|b| cycle.contains(&b.id())).map(|b| b.name()).collect();

@@ -5,7 +5,7 @@ use crate::movements::sequence::by_source;
 use kernel::{Op, SourceId};
 use model::plan::CellKind;
 
-/// Scripts for sources.
+/// Scripts, each with the source that executes it.
 type Scripts = Vec<(SourceId, Vec<Op>)>;
 
 impl Carrier<'_> {

@@ -8,8 +8,8 @@ use crate::wiring::installed::Homes;
 use model::plan::PlannedCommand;
 
 impl InstalledVerb<'_> {
-    /// Moves the cells that blocks of a command may write to their new homes before the command takes effect, unless they are already
-    /// there.
+    /// Moves cells to their new homes before a command takes effect. These are the cells that the command's blocks may write, unless they
+    /// are already there.
     pub fn bring(&self, builder: &mut Builder, command: &PlannedCommand) {
         if self.installed.homes.is_empty() {
             return;

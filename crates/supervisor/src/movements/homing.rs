@@ -8,8 +8,8 @@ use model::interface::Mode;
 use model::plan::CellKind;
 
 impl Carrier<'_> {
-    /// Moves cells that blocks are about to write, (planned cell, block), from other sources to the blocks' own. Returns the movements
-    /// that must follow.
+    /// Moves cells from other sources to the sources of the blocks that are about to write them. `cells` contains pairs (planned cell,
+    /// block). Returns the movements that must follow.
     pub fn bring_home(&mut self, id: u64, cells: &[(usize, usize)]) -> Vec<Movement> {
         let Some(instance) = self.instances.get(&id) else { return Vec::new() };
         let plan = instance.plan.clone();

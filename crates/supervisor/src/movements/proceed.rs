@@ -11,7 +11,7 @@ use kernel::{Cell, SourceId, TakeResult};
 use model::SystemCondition;
 use model::plan::{PlannedCommand, Wait};
 
-/// Interval for checking a machine that should follow its commands, ns.
+/// Interval for checking whether a machine follows its commands yet, ns.
 const LOOK_NS: i64 = 1_000_000;
 
 impl Course<'_> {
@@ -160,7 +160,7 @@ impl Course<'_> {
         self.follow();
     }
 
-    /// Stores the position of the instance. `begins` is true if the list starts, even if it is the same list again.
+    /// Stores the position of the instance. `begins` is true if the list starts from its beginning, even if it is the same list again.
     fn enter_stage(&mut self, list: usize, stage: usize, begins: bool) {
         let id = self.id;
         let now_ns = self.core.host.now_ns();

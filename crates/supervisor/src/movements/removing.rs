@@ -50,8 +50,8 @@ impl Carrier<'_> {
         self.detached(movements, sources)
     }
 
-    /// Executes movements that do not belong to any instance: only tables, without waiting for them. Returns the sources whose tables
-    /// change.
+    /// Executes movements that do not belong to any instance, without waiting for them. They only replace tables and connections. Returns
+    /// the sources whose tables change.
     fn detached(&mut self, movements: Vec<Movement>, mut sources: Vec<SourceId>) -> Vec<SourceId> {
         for movement in movements {
             match movement {

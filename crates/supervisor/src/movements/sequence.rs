@@ -29,8 +29,8 @@ pub(crate) enum Movement {
         ops: Vec<Op>,
         ends: bool,
     },
-    /// New tables for instances that follow another writer of an SVV, with the operations that change when the instances' activations are
-    /// due.
+    /// New tables for instances that now follow a different writer of an SVV, and the operations that update the conditions under which
+    /// their activations are due.
     Follow {
         sources: Vec<SourceId>,
         follows: Vec<(SourceId, Op)>,
@@ -43,9 +43,9 @@ pub(crate) enum Movement {
     Carry(Vec<CarriedCell>),
     /// Stores the carried values in the new home.
     Arrive(Vec<CarriedCell>),
-    /// Waits until machines report that they follow commands, in these channels, which the previous script captured.
+    /// Waits until the machines report that they follow commands. They report this in these channels, which the previous script captured.
     Operating(Vec<(SourceId, Cell)>),
-    /// Initialises the SVVs of a logical device that start as copies of others with the values captured by the previous script.
+    /// Initialises the SVVs of a logical device that start as copies of others, from the values captured by the previous script.
     CopyInitial,
     /// `gpac.ready()`: the device that this verb operates is enabled.
     Ready,

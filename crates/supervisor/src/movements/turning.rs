@@ -15,12 +15,12 @@ impl Carrier<'_> {
         self.turn_where(&shared, writer, |svv, followed| followed != writer || again.contains(svv))
     }
 
-    /// Redirects all followers of these SVVs of an instance to the blocks that now write them.
+    /// Redirects all followers of these SVVs, which one instance writes, to the blocks that now write them.
     pub fn turn_all(&mut self, svvs: &[String], writer: u64) -> Vec<Movement> {
         self.turn_where(svvs, writer, |_, _| true)
     }
 
-    /// Redirects each follower once, with all those of its SVVs among these for which `turns` returns true for the SVV and its writer.
+    /// Redirects each follower once, for all of its SVVs in `svvs` for which `turns` returns true, given the SVV and its current writer.
     fn turn_where(&mut self, svvs: &[String], writer: u64, turns: impl Fn(&String, u64) -> bool) -> Vec<Movement> {
         let turned = |instance: &Instance| -> Vec<String> {
             svvs.iter().filter(|svv| instance.followed.get(*svv).is_some_and(|followed| turns(svv, *followed))).cloned().collect()
@@ -29,8 +29,8 @@ impl Carrier<'_> {
         followers.into_iter().filter(|(_, turned)| !turned.is_empty()).filter_map(|(follower, turned)| self.turn(follower, turned, writer)).collect()
     }
 
-    /// Adds the SVVs of a follower that share a queue with one of these, before or after the redirection, because all values of one block
-    /// arrive in the same queue.
+    /// Adds the SVVs of a follower that share a queue with one of `svvs`, before or after the redirection, because all values of one
+    /// block arrive in the same queue.
     fn turn_together(&self, follower: &Instance, svvs: &mut Vec<String>) {
         loop {
             let mine = self.wiring.tables.values().flat_map(|table| &table.outlets).filter(|outlet| outlet.instance == Some(follower.id));
@@ -90,7 +90,7 @@ impl Carrier<'_> {
         Some(Movement::Follow { sources, follows })
     }
 
-    /// Returns new tables for these sources, each with the operations that make the activations follow.
+    /// Returns new tables for these sources, each with the operations that make the activations follow their new drivers.
     pub fn follow_ops(&self, mut sources: Vec<SourceId>, follows: Vec<(SourceId, Op)>) -> Vec<(SourceId, Vec<Op>)> {
         sources.sort();
         sources.dedup();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Calls for arms: describe an arm, set the file that contains its taught points, and list the arms.
+//! Arm calls: they describe an arm, set the file that contains its taught points, and list the arms.
 use crate::observation::arms::{ArmDescription, PointFile};
 use crate::system::System;
 use model::refusal::Refusals;

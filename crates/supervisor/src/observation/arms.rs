@@ -101,7 +101,7 @@ impl Arms {
         let fits = |of: &ChainDescription| of.joints == arm.joints.len() && of.chain().is_some_and(|chain| chain.read(of.joints).is_some());
         if !arm.chain.as_ref().is_none_or(fits) {
             let remedy = "give unit vectors as axes, poses as frames, and lists for 16 joints";
-            return Err(refuse(Class::CallError, format!("the chain of arm '{name}' does not fit its {} joints", arm.joints.len()), remedy));
+            return Err(refuse(Class::CallError, format!("the chain of arm '{name}' does not match its {} joints", arm.joints.len()), remedy));
         }
         if self.by_name.len() == ARMS_MAX && !self.by_name.contains_key(name) {
             return Err(refuse(Class::LimitExceeded, format!("there are already {ARMS_MAX} arms"), "describe fewer arms"));
@@ -110,12 +110,12 @@ impl Arms {
         Ok(())
     }
 
-    /// Sets the file of the taught points of an arm, replacing the previous one.
+    /// Sets the file in which the taught points of an arm are stored, replacing the previous one.
     pub fn enter_points(&mut self, file: PointFile) {
         self.point_files.insert(file.arm.clone(), file);
     }
 
-    /// Returns the file of the taught points of an arm. Fails if no program has set one.
+    /// Returns the file in which the taught points of an arm are stored. Fails if no program has set one.
     pub fn points(&self, arm: &str) -> Result<&PointFile, Refusals> {
         self.point_files.get(arm).ok_or_else(|| unknown("file of taught points for arm", arm, self.point_files.keys().map(String::as_str)))
     }
@@ -160,7 +160,7 @@ mod tests {
 
     #[test]
     fn a_chain_is_one_of_the_joints_of_its_arm() {
-        let fits_not = "the chain of arm 'arm' does not fit its 2 joints";
+        let fits_not = "the chain of arm 'arm' does not match its 2 joints";
         assert_eq!(refused(|arm| arm.chain.as_mut().expect("a chain").joints = 3), fits_not);
         assert_eq!(refused(|arm| arm.chain.as_mut().expect("a chain").axis[1] = vec![0.0, 2.0, 0.0]), fits_not);
         assert_eq!(refused(|arm| arm.chain.as_mut().expect("a chain").home[3] = f64::NAN), fits_not);

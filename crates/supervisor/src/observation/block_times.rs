@@ -41,7 +41,7 @@ impl System {
     pub fn probe(&self, source: Option<&str>, for_ns: u64) -> Result<(), Refusals> {
         if for_ns > PROBE_MAX_NS {
             let asked = format!("block times cannot be measured for {} s", for_ns / 1_000_000_000);
-            return Err(refuse(Class::LimitExceeded, &asked, "ask for at most an hour, and ask again as long as you need them"));
+            return Err(refuse(Class::LimitExceeded, &asked, "request at most one hour, and repeat the request as long as you need them"));
         }
         let core = self.shared.locked();
         let sources: Vec<SourceId> = match source {
@@ -55,7 +55,7 @@ impl System {
     }
 }
 
-/// Returns the blocks of each source that have been measured since their installation.
+/// Returns the durations of the blocks' invocations that have been measured since each block was installed, by source.
 pub(crate) fn by_source(shared: &SystemState) -> HashMap<SourceId, Vec<BlockTimes>> {
     let mut found: HashMap<SourceId, Vec<BlockTimes>> = HashMap::new();
     let ids: Vec<u64> = shared.locked().instances.keys().copied().collect();

@@ -16,7 +16,7 @@ struct GivenCommand {
     about: String,
     is_refused: bool,
     time_ns: i64,
-    /// Number of repetitions since the entry.
+    /// Number of repetitions since the log entry.
     repeats: u64,
 }
 
@@ -25,7 +25,7 @@ struct GivenCommand {
 pub(crate) struct LatestCommands(VecDeque<GivenCommand>);
 
 impl LatestCommands {
-    /// Returns the number of repetitions of a command since its last log entry; `None` if the command must not be logged now.
+    /// Returns the number of repetitions of a command since its last log entry; `None` if the command is not to be logged now.
     pub fn enter(&mut self, who: &str, call: &str, about: &str, is_refused: bool, now_ns: i64) -> Option<u64> {
         let same = |given: &GivenCommand| given.who == who && given.call == call && given.about == about && given.is_refused == is_refused;
         let mut before = 0;
@@ -44,7 +44,7 @@ impl LatestCommands {
     }
 }
 
-/// A command of the program in progress.
+/// A command, issued by the program, that is still in progress.
 pub(crate) struct AnnouncedCommand {
     pub number: u64,
     pub call: String,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Companions and observers.
+//! Calls for companions and observers.
 use crate::observation::companions::Companion;
 use crate::system::System;
 use std::sync::Arc;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Data structure of the picture of installed instances that `picture.rs` produces.
+//! Data structures for the picture of the installed instances, which `picture.rs` creates.
 use crate::observation::states::InstanceState;
 use indexmap::IndexMap;
 use model::configuration::Rate;
@@ -80,12 +80,12 @@ pub struct InstalledBlock {
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct InstalledActivation {
-    /// True if it is active.
+    /// True if the activation is active.
     pub on: bool,
     pub due: DueBy,
     /// Labels of the blocks that drive the activation.
     pub by: Vec<String>,
-    /// Rate in each command list in which it is active.
+    /// Rate in each command list in which the activation is active.
     pub rates: IndexMap<String, Rate>,
     /// Time budget of one invocation, ns.
     pub budget_ns: Option<u64>,
@@ -119,7 +119,7 @@ pub struct InstalledPort {
     pub doc: String,
     /// SVV, private cell, channel or constant to which the port is bound, by the name used in `read`, `svv_about` and the stream.
     pub cell: Option<String>,
-    /// True if it is an input without a default.
+    /// True if the port is an input without a default.
     pub required: bool,
     /// Cells of an array port that is bound to one cell per element.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -18,7 +18,7 @@ pub struct TapChannel {
     pub size: usize,
 }
 
-/// Offset of the values of one channel in the rows of a ring.
+/// Location of one channel's values in the rows of a ring.
 pub(crate) struct Field {
     pub channel: usize,
     /// Offset of the writer's stamp, and the number of this stamp within the channel: a different number means a different writer.

@@ -123,7 +123,7 @@ impl System {
     }
 
     /// Returns the bodies of a physical device for drawing. Joints and contacts include `svv`, the name under which they can be read, if
-    /// the device has a channel for them. Fails if the device does not exist or has no shape.
+    /// the device has a channel for them. Fails if the device does not exist or has no geometry.
     pub fn geometry(&self, device: &str) -> Result<Geometry, Refusals> {
         let (driver, channels) = {
             let core = self.shared.locked();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Kept histories of SVVs.
+//! Histories of SVVs, merged from the values stored by blocks, the PS and ψ.
 use crate::svvs::cells::{ROWS_SPARE, Stays, StoredValue};
 use interconnect::Row;
 use kernel::{RowsEnd, SourceId};
@@ -30,7 +30,8 @@ impl KeptHistory {
         values.split_off(values.len().saturating_sub(keep))
     }
 
-    /// Returns the values stored by blocks that are still kept, oldest first; values with the same time are in the order of their homes.
+    /// Returns the values stored by blocks, to the extent that they are still kept, oldest first. Values with the same time are in the
+    /// order of their homes.
     fn written(&self) -> Vec<WrittenRow> {
         let rows = |(source, ring, written): &(SourceId, Arc<RowsEnd>, u64)| -> Vec<WrittenRow> {
             let mut rows = ring.reader().last(self.history + ROWS_SPARE);

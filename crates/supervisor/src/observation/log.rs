@@ -40,7 +40,7 @@ pub(crate) struct Log {
     commanded: LatestCommands,
     /// Commands that may still be refused.
     announced: Vec<AnnouncedCommand>,
-    /// Number of announcements so far.
+    /// Number of commands registered as in progress so far.
     announcements: u64,
 }
 
@@ -103,11 +103,11 @@ impl Log {
     pub fn command(&mut self, who: &str, call: &str, about: &str, refused: Option<&str>, now_ns: i64) {
         let Some(before) = self.commanded.enter(who, call, about, refused.is_some(), now_ns) else { return };
         let refused = refused.map(|why| format!(" was refused: {why}")).unwrap_or_default();
-        let times = if before > 0 { format!(", and {before} times since the last line about it") } else { String::new() };
+        let times = if before > 0 { format!(", and {before} more times since it was last logged") } else { String::new() };
         self.push(now_ns, "command", about, format!("{call}{refused}{times}"), who);
     }
 
-    /// Announces a command of the program, and returns its number.
+    /// Registers a command of the program as in progress, and returns its number.
     pub fn announce(&mut self, call: &str, about: &str, time_ns: i64) -> u64 {
         self.announcements += 1;
         self.announced.push(AnnouncedCommand { number: self.announcements, call: call.to_owned(), about: about.to_owned(), time_ns });

@@ -58,14 +58,14 @@ impl System {
         self.shared.locked().instances.get(&instance).map_or_else(|| instance.to_string(), |i| i.name.clone())
     }
 
-    /// Adds a line about the journal to the log.
+    /// Adds an entry about the journal to the log.
     pub fn log_journal(&self, text: &str) {
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();
         core.observation.log.add(now_ns, "journal", "system", text);
     }
 
-    /// Adds a line about the control interface to the log.
+    /// Adds an entry about the control interface to the log.
     pub fn log_control(&self, text: &str) {
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();
@@ -77,7 +77,7 @@ impl System {
         self.shared.locked().observation.log.since(sequence)
     }
 
-    /// Adds a line from outside the supervisor to the log.
+    /// Adds an entry from outside the supervisor to the log.
     pub fn note(&self, kind: &'static str, about: &str, text: &str) {
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();
@@ -95,7 +95,7 @@ impl System {
     /// Logs that a module changed the floating-point control words of the thread that loaded it; they have already been restored.
     pub(crate) fn note_floats(&self, module: &str) -> String {
         let text = format!(
-            "code module '{module}' changed the floating-point state of the thread that loaded it, which was restored: link it without -ffast-math, and set nothing in its initialisation"
+            "code module '{module}' changed the floating-point state of the thread that loaded it, which was restored: link it without -ffast-math, and do not change this state in its initialisation"
         );
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();

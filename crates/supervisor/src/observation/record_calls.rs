@@ -16,10 +16,10 @@ impl System {
             let what = if self.shared.host.trace().is_some() {
                 "it already has such a recording"
             } else {
-                "it already has interrupt sources, and what they did before would be missing"
+                "it already has interrupt sources, and their previous firings would be missing"
             };
             let message = format!("cannot record system '{}' for replay: {what}", self.name);
-            refuse(Class::InvalidState, message, "begin the recording before you create the first source, and only once")
+            refuse(Class::InvalidState, message, "start the recording before you create the first source, and start it only once")
         })
     }
 }

@@ -64,7 +64,7 @@ fn is_same(these: &[Cell], those: &[Cell]) -> bool {
     these.len() == those.len() && these.iter().zip(those).all(|(this, that)| this.is_same(that))
 }
 
-/// Returns the name of a cell that belongs to its instance.
+/// Returns the name of a private cell or constant of an instance; `None` for an SVV or a channel.
 fn own_name(kind: &CellKind) -> Option<&str> {
     match kind {
         CellKind::Private { name } | CellKind::Constant { name } => Some(name),

@@ -66,7 +66,7 @@ pub(crate) struct ChannelState {
     pub seen: Option<(u64, u64, i64)>,
     /// Number of rows lost since that stamp.
     pub gap: u64,
-    /// Segment that contains the channel's latest values, numbered over the lifetime of the tap.
+    /// Number of the segment that contains the channel's latest values, counted over the lifetime of the tap.
     pub route: u64,
 }
 

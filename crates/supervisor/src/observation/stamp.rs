@@ -19,8 +19,8 @@ impl Stamp {
         self.time_ns != kernel::NEVER_NS
     }
 
-    /// Returns the number of the last invocation that stored a ratio output n, which occurs at invocations n, 2n, … after the activation.
-    /// `None` if there was none.
+    /// Returns the number of the last invocation that stored a ratio output n; `None` if there was none. Such an output is stored at
+    /// invocations n, 2n, … after the activation.
     pub fn stored(&self, n: u64) -> Option<u64> {
         let since = (self.number + 1).saturating_sub(self.activated);
         (since >= n).then(|| self.number - since % n.max(1))

@@ -18,7 +18,7 @@ pub enum InstanceState {
 }
 
 impl InstanceState {
-    /// Returns the state named by a word that [`crate::System::state`] returns.
+    /// Parses a state, as returned by [`crate::System::state`].
     pub fn named(word: &str) -> InstanceState {
         match word {
             "created" => InstanceState::Created,
@@ -37,7 +37,7 @@ impl InstanceState {
 #[serde(rename_all = "snake_case")]
 pub enum DeviceState {
     Disabled,
-    /// Its own verb has been started but is not ready yet.
+    /// The device's own verb has been started but is not ready yet.
     Enabling,
     /// Enabled; no verb commands it.
     Standstill,
@@ -45,12 +45,12 @@ pub enum DeviceState {
     Moving,
     /// Being disabled.
     Stopping,
-    /// Its own verb has ended by itself.
+    /// The device's own verb has ended by itself.
     Fault,
 }
 
 impl DeviceState {
-    /// Returns the state named by a word that [`crate::System::device_state`] returns.
+    /// Parses a state, as returned by [`crate::System::device_state`].
     pub fn named(word: &str) -> DeviceState {
         match word {
             "disabled" => DeviceState::Disabled,

@@ -29,7 +29,7 @@ pub struct Statistics {
     pub emergency: Option<String>,
     pub paused: PausesInForce,
     pub mode: Mode,
-    /// Forced signals, by their logical devices.
+    /// Forced signals, by logical device.
     pub forced: IndexMap<String, ForcedSignal>,
     /// Privileges that the supervisor's thread requested from the operating system but was not granted.
     pub supervisor_rights_missing: Vec<String>,
@@ -46,7 +46,7 @@ pub struct SourceStatistics {
     pub firings: u64,
     /// Number of releases skipped because the previous firing had not finished.
     pub overruns: u64,
-    /// Number of ratio values that were absent when their reader needed them.
+    /// Number of ratio values that were missing when their reader needed them.
     pub late: u64,
     /// Number of invocations that faulted.
     pub faults: u64,
@@ -65,11 +65,11 @@ pub struct SourceStatistics {
     pub placed: Option<SourcePlace>,
     /// True if a probe is measuring the source's blocks.
     pub probed: bool,
-    /// Times of the blocks measured by a probe since their installation.
+    /// Durations of the blocks' invocations that a probe has measured since each block was installed.
     pub blocks: Vec<BlockTimes>,
 }
 
-/// Delays of the starts of firings.
+/// Delays between the releases of firings and their starts.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Jitter {
@@ -148,7 +148,7 @@ pub struct InstanceStatistics {
 pub struct PhysicalDeviceStatistics {
     /// Cause of the loss; null if the device is not lost.
     pub lost: Option<String>,
-    /// Number of commands limited by their slew rate limit.
+    /// Number of commands to which a slew rate limit was applied.
     pub slew_limited: u64,
     /// Counters of the driver, by name.
     pub counters: IndexMap<String, u64>,

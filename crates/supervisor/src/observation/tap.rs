@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Taps: deliver all values of some SVVs and private cells, at the full rate at which blocks store them, to scopes and recorders.
+//! Taps, which deliver all values of some SVVs and private cells, at the full rate at which blocks store them, to scopes and recorders.
 //!
 //! | | the kernels | a tap |
 //! |---|---|---|
@@ -51,9 +51,9 @@ impl System {
         self.begin_tap(id, channels, inbox, false)
     }
 
-    /// Observes all items that match these names, where `*` stands for any characters and `?` for a single one, including items created
-    /// later. If `cells` is true, also observes the private cells of all instances. The first value of each item is its current one, with
-    /// its number and time. Fails if a name without `*` or `?` does not exist.
+    /// Observes all items that match these names, where `*` stands for any sequence of characters and `?` for a single character,
+    /// including items created later. If `cells` is true, also observes the private cells of all instances. The first value of each item
+    /// is its current one, with its number and time. Fails if a name without `*` or `?` does not exist.
     pub fn tap_all(&self, patterns: &[String], cells: bool) -> Result<Tap, Refusals> {
         let (id, inbox) = self.shared.command(|core| {
             let id = core.numbers.fresh();
@@ -112,8 +112,8 @@ impl Tap {
         self.inbox.wait_pressed(timeout);
     }
 
-    /// Takes all values that have arrived since the previous take. Allocates only if `out` has never been that large; not for use on the
-    /// real-time path.
+    /// Takes all values that have arrived since the previous take. Allocates only if `out` has never held that many values; not for use
+    /// on the real-time path.
     pub fn take(&mut self, out: &mut Samples) {
         self.collect();
         out.clear(self.channels.len());

@@ -52,8 +52,8 @@ pub(crate) struct Taps {
 }
 
 impl Taps {
-    /// Returns a tap that holds time and has half a ring unread, or whose owner has not received many log entries or ends. `log` and
-    /// `ends` are the numbers of the next log entry and the next end.
+    /// Returns a tap that holds time and has half a ring unread, or whose owner has fallen far behind in receiving log entries or ends.
+    /// `log` and `ends` are the numbers of the next log entry and the next end.
     pub fn full(&self, log: u64, ends: u64) -> Option<Arc<Inbox>> {
         let is_full = |part: &Part| {
             let reader = part.end.reader();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Workspaces: stores them, and checks that the items to which they refer exist.
+//! Workspace calls: they store workspaces, and check that the items to which these refer exist.
 use crate::observation::workspaces::WorkspaceAbout;
 use crate::refuse::unknown;
 use crate::system::System;
@@ -77,7 +77,7 @@ impl System {
         found
     }
 
-    /// Checks that the action of a button could be started, to the extent that names, types, units and ranges show this.
+    /// Checks that the action of a button could be started, as far as its names, types, units and ranges show this.
     fn check_button(&self, button: &Button) -> Refusals {
         if let Some(application) = &button.start {
             let checked = self.check(application).err().unwrap_or_default();

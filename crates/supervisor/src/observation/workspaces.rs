@@ -20,7 +20,7 @@ pub struct WorkspaceAbout {
     pub operator: bool,
     /// True if a program has supplied the workspace; people cannot change such a workspace.
     pub shipped: bool,
-    /// Revision number, which changes with every change.
+    /// Revision number; every change assigns a new one.
     pub revision: u64,
 }
 

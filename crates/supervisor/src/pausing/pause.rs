@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Pause of a program: every action on devices is suspended, the devices' own verbs continue, and new starts are held back: they have
-//! their claims and inputs, and begin when the pause ends.
+//! Pause of a program. Every action on devices is suspended, and the devices' own verbs continue. New starts are held back: they take
+//! their claims and inputs, but begin only when the pause ends.
 //!
 //! A pause applies to the whole system or to some logical devices. An instance suspended by a pause resumes when no pause applies to it
 //! any longer; an instance suspended by a call stays suspended.
@@ -26,17 +26,17 @@ impl Pause {
         (self.all, self.devices) = (false, BTreeSet::new());
     }
 
-    /// Returns true if the instance was started but has not begun.
+    /// Returns true if the start of the instance is held back by a pause.
     pub fn is_held_back(&self, id: u64) -> bool {
         self.held_back.contains_key(&id)
     }
 
-    /// Removes an ended instance from those that a pause suspended.
+    /// Removes an ended instance from the instances suspended by a pause.
     pub fn forget_suspended(&mut self, id: u64) {
         self.suspended.remove(&id);
     }
 
-    /// Removes an ending instance from those held back.
+    /// Removes an ending instance from the instances that are held back.
     pub fn forget_start(&mut self, id: u64) {
         self.held_back.remove(&id);
     }

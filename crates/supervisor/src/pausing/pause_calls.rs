@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Calls for the pause of a program.
+//! Calls that pause and resume a program.
 use crate::core::Core;
 use crate::instances::instance::State;
 use crate::pausing::program::{pause_program, resume_program};

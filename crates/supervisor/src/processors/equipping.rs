@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Equipment of processors: sets them up at their locations with sources, devices and code, and revives them.
+//! Equips processors: sets them up at their locations with sources, devices and code, and revives them.
 use crate::definitions::catalog::Catalog;
 use crate::definitions::system_definitions::Definitions;
 use crate::processors::location::Location;
@@ -48,7 +48,7 @@ impl System {
             return Ok(());
         }
         let cannot = |why: String| refuse(Class::InvalidState, format!("system '{}' cannot listen for other hosts: {why}", self.name), "");
-        let Some(places) = self.shared.places.get() else { return Err(cannot("it has no link to any".to_owned())) };
+        let Some(places) = self.shared.places.get() else { return Err(cannot("it has no links between hosts".to_owned())) };
         places.listen(options, self.shared.host.epoch_ns()).map_err(cannot)
     }
 
@@ -73,7 +73,7 @@ impl System {
             return Ok(());
         }
         if supervisor {
-            let remedy = "leave supervisor= out; the supervisor runs in the process that makes the system";
+            let remedy = "leave supervisor= out; the supervisor runs in the process that creates the system";
             return Err(refuse(Class::PlacementError, format!("processor '{name}' is remote, so it cannot be the supervisor"), remedy));
         }
         if let Some(beside) = beside {
@@ -100,7 +100,7 @@ impl System {
         }
         if bounds != Bounds::default() && bounds != *there.bounds() {
             let message = format!("processor '{name}' shares process '{}', which was created with a different lost_after= or patience=", there.name());
-            return Err(refuse(Class::InUse, message, format!("set it where processor '{beside}' is created: a process has only one of each")));
+            return Err(refuse(Class::InUse, message, format!("set them for processor '{beside}': a process has only one value of each")));
         }
         core.remote.processors.insert(name.to_owned(), there);
         Ok(())
@@ -116,7 +116,7 @@ impl System {
         processor.attach(&self.shared.host, &self.name, started)
     }
 
-    /// Creates a source in the process in which its processor runs, and announces it to every remote processor.
+    /// Creates a source in the process in which its processor runs, and reports it to every remote processor.
     pub(crate) fn add_source(&self, processor: &str, spec: SourceSpec) -> Result<SourceId, Refusals> {
         let name = spec.name.clone();
         let cannot = |why: String| refuse(Class::InvalidState, format!("cannot start source '{name}': {why}"), "close other programs and try again");
@@ -175,7 +175,7 @@ impl System {
             return Ok((device, beside, description, None));
         };
         let opened = remote.open(name, kind, &options.to_string())?;
-        let description = serde_json::from_str(&opened.description).map_err(|why| format!("its driver's description of itself is not JSON: {why}"))?;
+        let description = serde_json::from_str(&opened.description).map_err(|why| format!("the description of its driver is not JSON: {why}"))?;
         Ok((remote.device(name, opened.channels)?, Beside::default(), description, Some((kind.to_owned(), options.to_string()))))
     }
 
@@ -229,7 +229,8 @@ impl System {
         refuse(Class::InvalidState, format!("cannot start {} again: {why}", self.shared.locked().remote.called(remote)), "fix that and call reset() again")
     }
 
-    /// Refuses to replace a process that was lost too often, however many processors it contains, because a person must find the reason.
+    /// Refuses to replace a process that has been lost too often, because a person must find the reason. The limit does not depend on the
+    /// number of processors in the process.
     fn refuse_restart(&self, remote: &Processor) -> Result<(), Refusals> {
         let mut core = self.shared.locked();
         let now_ns = core.host.now_ns();

@@ -25,7 +25,7 @@ pub(crate) fn bid(remote: &Remote, registry: &Registry, instance: &Instance) {
     }
 }
 
-/// Removes the orders for an instance that has ended.
+/// Removes these instructions for an instance that has ended.
 pub(crate) fn forget(remote: &Remote, registry: &Registry, instance: &Instance) {
     if remote.processors.is_empty() {
         return;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Guard of this process. Processors that are threads of this process also command devices, which the process cannot make safe after it
-//! has exited or while it hangs. The guard watches it from the time at which it has the first device that can be made safe from outside.
+//! has exited or while it hangs. The guard monitors the process from the time at which it has the first device that can be made safe from
+//! outside.
 use device::SafeHandle;
 use kernel::SourceId;
 use rtp::{BEAT, Firings, Holder, Places, ProcessorHold};

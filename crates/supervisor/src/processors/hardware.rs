@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Processors and interrupt sources: how they are created, and how sources are raised.
+//! Calls that create processors and interrupt sources, and that raise sources.
 use crate::processors::location::{Location, Patience, Processor};
 use crate::refuse::{refuse, refuse_at, unknown};
 use crate::system::System;
@@ -135,8 +135,8 @@ impl System {
         }
     }
 
-    /// Makes a channel that a physical device reads raise a trigger or software source of any processor each time it changes from zero to
-    /// nonzero. The channel is checked in each firing of the device's source.
+    /// Connects a read channel of a physical device to a trigger or software source of any processor: each time the channel changes from
+    /// zero to nonzero, the source is raised. The channel is checked in each firing of the device's source.
     pub fn raise(&self, device: &str, channel: &str, source: &str, place: Option<SourceLocation>) -> Result<(), Refusals> {
         let definitions = self.shared.definitions();
         let Some(of) = definitions.configuration.devices.get(device) else {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Location of a processor: how it is parsed, checked and represented.
+//! Location of a processor: its representation, parser and checks.
 use crate::refuse::refuse;
 use model::refusal::{Class, Refusals};
 use rtp::Bounds;
@@ -67,7 +67,7 @@ impl Patience {
     /// Converts the times to bounds for processor `name`.
     ///
     /// # Errors
-    /// `PlacementError` if no bounds are possible at the location. `OutOfRange` if a time is too short or too long.
+    /// `PlacementError` if the location does not support one of the times. `OutOfRange` if a time is too short or too long.
     pub(crate) fn bounds(&self, name: &str, location: &Location) -> Result<Bounds, Refusals> {
         let misplaced = |word: &str, why: &str, remedy: &str| refuse(Class::PlacementError, format!("processor '{name}' has {word}=, but {why}"), remedy);
         match location {
@@ -118,7 +118,7 @@ impl Location {
         }
     }
 
-    /// Returns the name of the process of processor `name`; `None` if it is this process or on another host.
+    /// Returns the name of the process in which processor `name` runs; `None` if that is this process or one on another host.
     pub fn process<'a>(&'a self, name: &'a str) -> Option<&'a str> {
         match self {
             Location::Process => Some(name),
@@ -139,5 +139,5 @@ fn is_name(text: &str) -> bool {
     letters && text.starts_with(char::is_alphanumeric) && text.len() <= NAME_LEN_MAX
 }
 
-/// Maximum length of the name of a process, bytes.
+/// Maximum length of a process name, bytes.
 const NAME_LEN_MAX: usize = 64;

@@ -22,7 +22,7 @@ pub(crate) struct Remote {
 }
 
 impl Remote {
-    /// Returns the processes, each once however many processors it contains, and the processors on other hosts.
+    /// Returns the processes, each only once even if it contains several processors, and the processors on other hosts.
     pub fn places(&self) -> Vec<Arc<Processor>> {
         let mut places: Vec<Arc<Processor>> = Vec::new();
         for remote in self.processors.values() {

@@ -16,7 +16,8 @@ pub(crate) struct HeldClaim {
 }
 
 impl Instances {
-    /// Returns the claims that a start needs and that another instance holds or a start before `place` in the queue is waiting for.
+    /// Returns the claims that a start needs but cannot take, because another instance holds them or a start before `place` in the queue
+    /// is waiting for them.
     pub fn held(&self, registry: &Registry, request: &Request, plan: &Plan, place: usize) -> Vec<HeldClaim> {
         let mut held: Vec<HeldClaim> = Vec::new();
         let mut look = |claim: &Claim, arbitration: Arbitration| {

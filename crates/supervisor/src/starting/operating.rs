@@ -19,7 +19,7 @@ pub(crate) fn looks(cells: &[(SourceId, Cell)]) -> impl Iterator<Item = (SourceI
     cells.iter().map(|(source, cell)| (*source, Op::Capture(vec![cell.clone()])))
 }
 
-/// Returns the channels in which the machines that an instance is to command report whether they follow commands; empty if all of them
+/// Returns the channels in which the machines to be commanded by an instance report whether they follow commands; empty if all of them
 /// follow immediately.
 pub(crate) fn operating(registry: &Registry, instance: &Instance) -> Vec<(SourceId, Cell)> {
     let mut found: Vec<(&str, usize)> = Vec::new();

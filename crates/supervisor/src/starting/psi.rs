@@ -84,7 +84,7 @@ pub(crate) fn stored_svvs<'a>(plan: &'a Plan, stores: &'a [(Target, Vec<u8>)]) -
     })
 }
 
-/// Returns the current values of a parameter of logical devices: for a single device the value, for several devices a list.
+/// Returns the current value of a parameter of a logical device, or a list with one value per device if there are several.
 pub(crate) fn device_values(configuration: &Configuration, devices: &[String], parameter: &str, type_text: &str) -> Option<Value> {
     let values: Vec<Value> = devices.iter().map(|d| configuration.logical_devices.get(d)?.parameters.get(parameter).cloned()).collect::<Option<_>>()?;
     let is_array = type_text.ends_with(']');

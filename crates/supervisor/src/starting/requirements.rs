@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Checks before a verb starts: its devices meet its requirements, and its values are within their ranges.
+//! Checks made before a verb starts: its devices must meet its requirements, and its values must be within their ranges.
 //!
 //! The current values of SVVs are read at a boundary before the start; a change between this reading and the start is not detected.
 use crate::starting::psi::{encode, named};

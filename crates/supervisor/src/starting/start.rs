@@ -28,7 +28,7 @@ impl Core {
         check_devices(&self.registry, instance)
     }
 
-    /// Begins a start whose needs are free: takes the claims and begins the initial list.
+    /// Begins a start whose claims are all free: takes the claims and begins the initial list.
     pub fn begin(&mut self, request: Request) {
         let mut movements = self.prepare(&request);
         farewell::bid(&self.remote, &self.registry, &self.instances[&request.id]);
@@ -123,7 +123,7 @@ fn check_sources(core: &Core, instance: &Instance) -> Result<(), Refusals> {
         if core.safety.lost.contains(&source) {
             let source = core.registry.source_name(source);
             let message = format!("cannot start '{}': source '{source}' does not answer", instance.name);
-            return Err(refuse(Class::InvalidState, message, "call reset() when its processor is back"));
+            return Err(refuse(Class::InvalidState, message, "call reset() when its processor is available again"));
         }
         if core.host.statistics(source).stopped {
             let source = core.registry.source_name(source);
@@ -144,7 +144,7 @@ impl Core {
         let Some(instance) = self.instances.get_mut(&request.id) else { return false };
         let is_held = self.safety.pause.hold_back(instance, &request.stores, now_ns);
         if is_held {
-            self.observation.log.add(now_ns, "pause", &instance.name, "its start is held back");
+            self.observation.log.add(now_ns, "pause", &instance.name, "its start is deferred");
         }
         is_held
     }

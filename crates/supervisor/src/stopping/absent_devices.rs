@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Lost physical devices: refuses starts that need them.
+//! Refuses starts that need lost physical devices.
 use crate::instances::instance::Instance;
 use crate::refuse::refuse;
 use crate::registry::Registry;

@@ -35,7 +35,7 @@ pub(crate) fn too_old(core: &Core, now_ns: i64) -> Vec<(u64, SystemCondition, St
         let (writer, reader) = (core.registry.source_name(writer), core.registry.source_name(reader));
         let message = match condition {
             SystemCondition::Late => format!("a ratio value from '{writer}' to '{reader}' has been missing for more than {limit_s} s"),
-            _ => format!("nothing has come from '{writer}' to '{reader}' for more than {limit_s} s"),
+            _ => format!("no value from '{writer}' has arrived at '{reader}' for more than {limit_s} s"),
         };
         (instance.id, condition, message)
     })

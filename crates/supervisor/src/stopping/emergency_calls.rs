@@ -11,8 +11,8 @@ use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 
 impl System {
-    /// Makes a channel trip the emergency stop, starting with its next reading, when it is nonzero (if `at_zero` is true: when it is 0,
-    /// as with a normally closed contact). The loss of the channel's device also trips it.
+    /// Makes a channel trip the emergency stop, starting with its next reading, whenever it is nonzero (or, if `at_zero` is true,
+    /// whenever it is 0, as with a normally closed contact). The loss of the channel's device also trips the stop.
     pub fn emergency_stop_input(&self, device: &str, channel: &str, at_zero: bool) -> Result<(), Refusals> {
         self.shared.command(|core| {
             let index = read_channel(&core.registry, device, channel)?;

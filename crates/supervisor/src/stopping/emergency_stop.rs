@@ -64,7 +64,7 @@ pub(crate) fn lift(core: &mut Core) -> Result<(), Refusals> {
         return Err(refuse(Class::EmergencyStopped, format!("cannot reset: the cause is still present ({present})"), "remove it first"));
     }
     if let Some(busy) = core.instances.values().find(|i| i.is_busy() && core.safety.emergency.reason.is_some()) {
-        return Err(invalid_state(&format!("'{}'", busy.name), "still ending", "reset while", "wait for it"));
+        return Err(invalid_state(&format!("'{}'", busy.name), "still ending", "reset before the end of", "wait for it"));
     }
     core.safety.emergency.reason = None;
     for input in &mut core.safety.emergency.inputs {
@@ -110,11 +110,11 @@ pub(crate) fn watch_enabling_switch(core: &mut Core) {
         return;
     }
     let Some((false, name)) = core.safety.modes.enabling_switch(&core.registry) else { return };
-    core.release_forces(&format!("enabling switch '{name}' was let go"), |_, force| force.is_output);
+    core.release_forces(&format!("enabling switch '{name}' was released"), |_, force| force.is_output);
     let actions: Vec<u64> =
         core.instances.values().filter(|i| i.is_busy() && !i.is_ending() && i.leaving.departure.is_none() && i.is_action()).map(|i| i.id).collect();
     for id in actions {
-        core.course(id).end_by(SystemCondition::Aborted, format!("enabling switch '{name}' was let go"));
+        core.course(id).end_by(SystemCondition::Aborted, format!("enabling switch '{name}' was released"));
     }
 }
 

@@ -44,7 +44,8 @@ impl Emergency {
 }
 
 impl Input {
-    /// Returns the name of the input for messages, `emergency stop input 'io.gate'`, with the reason if it is not the reading.
+    /// Returns the name of the input for messages, `emergency stop input 'io.gate'`, followed by the reason if the input tripped because
+    /// its device was lost.
     pub fn name(&self, registry: &Registry) -> String {
         let name = format!("emergency stop input '{}'", self.channel_name(registry));
         if registry.physical[&self.device].device.is_lost() { format!("{name}: its device was lost") } else { name }

@@ -23,8 +23,8 @@ const LAST_CALL_NS: i64 = 1_000_000_000;
 /// Delay of a check above which this side is considered to have been suspended itself, ns.
 const STOOD_STILL_NS: i64 = 250_000_000;
 
-/// Marks a device as lost. If it is lost together with its processor, this has no further consequences: the alarm and the ends are those
-/// of the lost processor.
+/// Marks a device as lost. If it is lost together with its processor, this has no further consequences, because the lost processor
+/// already causes the alarm and the ends.
 pub(crate) fn mark_lost(registry: &mut Registry, log: &mut Log, device: &str, message: &str, time_ns: i64) {
     log.add(time_ns, "device", device, format!("device '{device}' was lost: {message}"));
     if let Some(physical) = registry.physical.get_mut(device) {
@@ -115,7 +115,7 @@ pub(crate) fn processor_lost(core: &mut Core, source: SourceId, message: &str) {
     gone.iter().for_each(|device| mark_lost(&mut core.registry, &mut core.observation.log, device, &message, time_ns));
 }
 
-/// Declares a source lost whose thread can neither continue until the program is restarted nor make its devices safe. Writes the safe
+/// Declares lost a source whose thread can neither continue until the program is restarted nor make its devices safe. Writes the safe
 /// values that its devices registered for this case, as the guard would, and reports the outputs that remain unchanged.
 pub(crate) fn give_up_for_good(core: &mut Core, source: SourceId, why: &str, time_ns: i64) {
     let commanded = core.registry.physical.iter().filter(|(_, physical)| physical.source == source && physical.device.is_commanded());

@@ -21,7 +21,7 @@ pub(crate) struct Safety {
     pub cut_off: HashSet<SourceId>,
     /// Modules in which a signal was caught; they accept no new instances until a reset.
     pub poisoned: HashMap<String, String>,
-    /// End of the last suspension of the process that raised an alarm, ns.
+    /// End of the last process suspension for which an alarm was raised, ns.
     pub stood_still_until_ns: Option<i64>,
     /// Sources that cannot run until the program is restarted, with the reasons.
     pub ended_for_good: HashMap<SourceId, String>,

@@ -40,7 +40,7 @@ pub(crate) fn idle_svvs(registry: &Registry, instances: &Instances, plan: &Plan)
     written.filter(drives).map(|name| (name.clone(), registry.svvs[name].first.clone())).collect()
 }
 
-/// Returns true if the own verb of some device reads an SVV and does not write it.
+/// Returns true if some device's own verb reads an SVV and does not write it.
 fn commands_a_device(instances: &Instances, name: &str) -> bool {
     instances.values().filter(|instance| instance.owner.is_some()).any(|instance| {
         let mut cells = instance.plan.cells.iter().filter(|cell| matches!(&cell.kind, CellKind::Svv { name: of, .. } if of == name));

@@ -16,8 +16,8 @@ use model::plan::{Due, PlannedSuspend};
 use model::refusal::Refusals;
 
 impl Course<'_> {
-    /// Stops the blocks without synchronous inputs and holds the running time. The instance is suspended when the kernels have done so; a
-    /// running step of a command list is first completed.
+    /// Stops the blocks without synchronous inputs and holds the running time. The instance is suspended when the kernels have done so;
+    /// if a step of a command list is running, it is completed first.
     pub fn suspend(&mut self) -> Result<(), Refusals> {
         let id = self.id;
         let now_ns = self.core.host.now_ns();
@@ -167,8 +167,8 @@ impl Course<'_> {
 }
 
 impl Course<'_> {
-    /// Resumes an instance suspended by a pause that has ended. If the instance is still being suspended, it resumes as soon as it has
-    /// been.
+    /// Resumes an instance suspended by a pause that has ended. If the instance is still being suspended, it resumes as soon as the
+    /// suspension is complete.
     pub fn go_on_after_pause(&mut self) {
         let id = self.id;
         let Some(instance) = self.core.instances.get(&id) else { return };

@@ -5,7 +5,7 @@ use model::configuration::SvvId;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-/// An SVV of the system. Its value does not depend on the existence of a writer.
+/// An SVV of the system. It has a value even if it has no writer.
 pub(crate) struct SvvRecord {
     pub id: SvvId,
     pub type_text: String,
@@ -48,7 +48,7 @@ pub(crate) struct Past {
     /// Rings of the history: the most recent values stored by blocks, for each source that has such blocks.
     pub rings: BTreeMap<SourceId, Arc<RowsEnd>>,
     /// Homes of the SVV, oldest first, as far back as the history may reach: the source, and the number of rows that its ring contained
-    /// at the time.
+    /// when it became the home.
     pub stays: Arc<Stays>,
     /// Most recent values stored by the PS and ψ, oldest first, as far back as the history reaches.
     pub stores: Arc<VecDeque<StoredValue>>,
@@ -66,7 +66,7 @@ pub(crate) struct WindowRecord {
     pub begun: bool,
 }
 
-/// Homes of an SVV, oldest first: the source, and the number of rows that its ring contained at the time.
+/// Homes of an SVV, oldest first: the source, and the number of rows that its ring contained when it became the home.
 #[derive(Clone, Default)]
 pub(crate) struct Stays(VecDeque<(SourceId, u64)>);
 
@@ -142,8 +142,8 @@ impl SvvRecord {
         }
     }
 
-    /// Returns the operations that restore the known value in the image of a source that has lost its image; empty if another source is
-    /// the home.
+    /// Returns the operations that restore the last known value in the image of a source that has lost its image; empty if another source
+    /// is the home.
     pub fn known_ops(&self, source: SourceId) -> Vec<Op> {
         match self.cells.get(&source) {
             Some(cell) if self.home.is_none_or(|home| home == source) => vec![Op::Store(cell.clone(), self.past.stored.as_slice().into())],

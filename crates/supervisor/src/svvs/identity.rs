@@ -20,8 +20,8 @@ impl Registry {
         match self.svvs.get(name) {
             Some(svv) if svv.id.0 == number => Ok(name),
             Some(_) => {
-                let why = format!("the SVV '{name}' that was asked for no longer exists: it was deleted, and its name is now used by another SVV");
-                Err(refuse(Class::UnknownName, why, "ask for the present one"))
+                let why = format!("the requested SVV '{name}' no longer exists: it was deleted, and its name is now used by another SVV");
+                Err(refuse(Class::UnknownName, why, "look up the current one by its name"))
             }
             None => Err(unknown("SVV", name, self.svvs.keys().map(String::as_str))),
         }

@@ -26,7 +26,7 @@ type KnownCell = (usize, Cell, Option<(Cell, u64)>);
 pub(crate) struct Snapshot {
     /// Ticket of each queried source, and the SVVs requested from it.
     pub asked: Vec<(Ticket, Vec<AskedSvv>)>,
-    /// Sources of these tickets.
+    /// Sources to which the queries with these tickets were sent.
     pub sources: Vec<SourceId>,
     /// Values known without querying a kernel: (index, bytes, time).
     pub known: Vec<(usize, Vec<u8>, i64)>,
@@ -145,7 +145,7 @@ pub(crate) fn taken(core: &mut Core, snapshot: &Snapshot, count: usize) -> Optio
     Some((time_ns, readings))
 }
 
-/// Returns the refusal of a read to which some of its sources did not answer: values can only be read between invocations.
+/// Returns the refusal of a read for which some sources did not answer. Values can be read only between invocations.
 pub(crate) fn unanswered(core: &Core, snapshot: &Snapshot) -> Refusals {
     let silent = snapshot.asked.iter().zip(&snapshot.sources).find(|((ticket, _), _)| !core.observation.reads.contains_key(ticket));
     let source = silent.map(|(_, source)| *source);
@@ -196,7 +196,7 @@ pub(crate) fn store_value(core: &mut Core, name: &str, value: &Value) -> Result<
     Ok(())
 }
 
-/// Returns the kept history of an SVV.
+/// Returns the history of an SVV at this instant.
 pub(crate) fn kept(core: &Core, name: &str) -> Result<KeptHistory, Refusals> {
     let name = core.registry.name_of(name)?;
     let svv = core.registry.svvs.get(name).ok_or_else(|| unknown("SVV", name, core.registry.svvs.keys().map(String::as_str)))?;

@@ -24,7 +24,7 @@ impl Course<'_> {
         self.go_from(builder, list, 0);
     }
 
-    /// Follows a kernel that has made the transition in the firing in which the condition occurred.
+    /// Catches up with a kernel that has made the transition in the firing in which the condition occurred.
     pub fn led_on_by_kernel(&mut self, source: SourceId, cause: &Cause, captured: &[u8]) {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return };

@@ -18,7 +18,7 @@ pub(crate) enum Answer {
     End,
 }
 
-/// Maximum size of the output values that a reaction may capture, bytes; larger ends are handled by the supervisor.
+/// Maximum size of the output values that a reaction may capture, bytes. Ends with larger outputs are handled by the supervisor.
 const CAPTURED_MAX: usize = 64 * 1024;
 
 /// Maximum size of the output values captured at a transition to another list, which may be frequent, bytes.
@@ -212,7 +212,7 @@ impl InstalledVerb<'_> {
         }
     }
 
-    /// Returns true if a stage is complete on entry, or marks a device as ready: work for the supervisor.
+    /// Returns true if a stage is complete on entry or marks a device as ready, because the supervisor must then continue.
     pub fn ends_at_once(&self, list: usize, stage: usize) -> bool {
         let stage = &self.plan.lists[list].stages[stage];
         let idle = stage.active.is_empty() && matches!(stage.wait, None | Some(Wait::Idle));
@@ -351,8 +351,8 @@ impl InstalledVerb<'_> {
         }
     }
 
-    /// Adds the operations that claim the verb's channels at their devices. Starting with that firing, the values stored by its blocks
-    /// are output.
+    /// Adds the operations that claim the verb's channels at their devices. Starting with the firing in which they take effect, the
+    /// values stored by its blocks are output.
     pub fn engage(&self, builder: &mut Builder) {
         for &source in &self.installed.sources {
             for (device, channels) in self.channels_in(source) {

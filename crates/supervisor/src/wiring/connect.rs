@@ -23,8 +23,8 @@ use std::sync::Arc;
 /// Number of rows that a queue can hold while the reader is delayed.
 const QUEUE_DEPTH: usize = 16;
 
-/// Number of rows for an instance that receives values over a network, which may delay them for a long time and deliver them in bursts:
-/// values that reach the same reader by another path must wait equally long.
+/// Number of rows for an instance that receives values over a network, which may delay them for a long time and deliver them in bursts.
+/// Values that reach the same reader by another path must then wait just as long.
 const QUEUE_DEPTH_NETWORK: usize = 256;
 
 /// Writer of a queue member.
@@ -41,7 +41,7 @@ struct Member {
     author: Author,
     /// n of the writer's output if it is a ratio output, otherwise 0.
     author_ratio: u32,
-    /// n if it is a ratio input, otherwise 0.
+    /// n of the reader's input if it is a ratio input, otherwise 0.
     ratio: u32,
     /// Activation of the plan that reads the member.
     reader: usize,
@@ -61,8 +61,8 @@ pub(crate) struct Queue {
 pub(crate) type Delays = HashMap<(usize, usize), Cell>;
 
 /// Creates the queues that a plan needs or, with `only`, those for SVVs that other instances write. All values of one block of another
-/// instance share one queue: its outputs arrive together, however late. Ratio members have their own queue, even within a source, where
-/// the queue serves to count them by number.
+/// instance share one queue, so that its outputs arrive together, however late. Ratio members have their own queue, even within a source,
+/// where the queue serves to count them by number.
 pub(crate) fn queues(
     registry: &Registry,
     host: &Host,

@@ -17,7 +17,7 @@ const SLICE: Duration = Duration::from_secs(1);
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct FusedBlocks {
-    /// True if tables use the available entry points, including those of future instances.
+    /// True if tables use the available entry points. This also applies to future instances.
     pub on: bool,
     /// Number of groups that have not been compiled yet, with which `fuse` continues.
     pub waiting: u32,
@@ -41,7 +41,7 @@ pub struct FusedGroup {
     pub why: Option<String>,
 }
 
-/// A block that runs separately.
+/// A block that cannot be fused, and therefore runs on its own.
 #[derive(Clone, Debug, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct SingleBlock {
@@ -123,7 +123,7 @@ fn candidates(core: &Core) -> Vec<(SourceId, Candidate)> {
     here.flat_map(|(source, table)| table.candidates().into_iter().map(move |candidate| (source, candidate))).collect()
 }
 
-/// Returns those of these groups that have not been compiled yet.
+/// Returns the members of each group in `among` that has not been compiled yet.
 fn waiting(core: &Core, among: &[(SourceId, Candidate)]) -> HashSet<Vec<Member>> {
     among.iter().map(|(_, candidate)| &candidate.members).filter(|members| core.wiring.fusing.made(members).is_none()).cloned().collect()
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Installation of a plan: memory in the image of each source, blocks with their addresses, activations. Blocks of the plan do not run
-//! yet, and running instances are not disturbed; a failed installation leaves nothing behind.
+//! Installation of a plan: memory in the image of each source, blocks with their addresses, and activations. Blocks of the plan do not
+//! run yet, and running instances are not disturbed; a failed installation leaves nothing behind.
 use crate::definitions::catalog::Catalog;
 use crate::numbers::Numbers;
 use crate::refuse::refuse;
@@ -209,7 +209,7 @@ fn queued(registry: &Registry, plan: &Plan, block_source: &[SourceId]) -> HashSe
     queued
 }
 
-/// Returns the source of the writer of a cell for a reader.
+/// Returns the source of the block that writes a cell for a reader.
 fn writer_source(registry: &Registry, plan: &Plan, block_source: &[SourceId], (cell, reader): (usize, usize)) -> Option<SourceId> {
     match (writer_for(plan, cell, reader), &plan.cells[cell].kind) {
         (Some((block, _)), _) => Some(block_source[block]),
@@ -269,7 +269,7 @@ fn make_cells(registry: &mut Registry, site: &Site, places: &Places) -> Vec<BTre
     cells
 }
 
-/// Lays out the SVVs that an array port reads contiguously, if they are new in that image.
+/// Lays out contiguously the SVVs that an array port reads, if they are new in that image.
 fn lay_out_svvs(registry: &mut Registry, site: &Site, list: &[usize], source: SourceId) {
     let names: Option<Vec<&str>> = list
         .iter()

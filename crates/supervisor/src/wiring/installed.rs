@@ -53,7 +53,7 @@ pub(crate) struct InstalledPlan {
 }
 
 impl InstalledPlan {
-    /// Returns the cell in the image of `source`, or else in any image.
+    /// Returns the cell's copy in the image of `source`; `None` if that image has none.
     pub fn cell(&self, index: usize, source: SourceId) -> Option<&Cell> {
         self.cells[index].get(&source)
     }

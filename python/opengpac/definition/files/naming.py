@@ -17,7 +17,7 @@ _PACKAGE = __name__.split(".", 1)[0]
 
 
 def name_of(of: Any, what: str) -> str:
-    """Returns the name by which a class or function can be looked up again; refusals call it `what`."""
+    """Returns the name by which a class or function can be looked up again; `what` names it in refusals."""
     shown = importlib.import_module(_PACKAGE)
     if getattr(shown, getattr(of, "__name__", ""), None) is of:
         return of.__name__

@@ -51,7 +51,7 @@ def parsed(file: File, text: str, toml: bool) -> Any:
 
 
 def _refuse_deep(file: File) -> NoReturn:
-    message = f"tables and lists of the file are nested more than {DEPTH_MAX} deep"
+    message = f"the tables and lists of the file are nested more than {DEPTH_MAX} levels deep"
     remedy = "define nested graphs by name and use these names as blocks"
     raise DefinitionError(message, remedy=remedy, place=Place(str(file), 1)) from None
 
@@ -71,7 +71,7 @@ def _check_extent(file: File, tree: Any) -> None:
     if blocks > BLOCKS_MAX:
         raise DefinitionError(
             f"the definitions of the file have {blocks} blocks in total, more than {BLOCKS_MAX}",
-            remedy="split them over several files, or make them in a program",
+            remedy="split them across several files, or create them in a program",
             place=Place(str(file), 1),
         )
     _check_multiplied(file, tree)
@@ -101,7 +101,7 @@ def _check_multiplied(file: File, tree: Any) -> None:
                 raise DefinitionError(
                     f"'{name}' has {found if found < 10**6 else 'more than a million'} blocks, including those of its graphs, "
                     f"more than {BLOCKS_MAX}",
-                    remedy="divide it into several verbs",
+                    remedy="split it into several verbs",
                     place=Place(str(file), 1),
                 )
 

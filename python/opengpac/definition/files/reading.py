@@ -68,9 +68,9 @@ def load(
     """Loads the definitions of the TOML or JSON file at `path`: `shapes = gpac.load("shapes.toml")`, then `shapes.smooth`.
 
     No part of the file is executed. Exception classes that its conditions name come from this package, or from the caller:
-    `raises={"Collision": Collision}`, or a list of classes; likewise device types with `devices`, and functions with `forms`. Code
-    modules come from `modules={"press": code}`; with a `system`, those that the file names are downloaded to it. All errors are
-    raised at once, with lines of the file.
+    `raises={"Collision": Collision}`, or a list of classes. The caller can pass device types in `devices` and functions in `forms` in
+    the same way. Code modules are passed in `modules={"press": code}`; with a `system`, the modules that the file names are
+    downloaded to it. All errors are raised at once, with lines of the file.
     """
     made, errors = read_file(path, system=system, modules=modules, raises=raises, devices=devices, forms=forms)
     if errors:
@@ -101,7 +101,7 @@ class _Skipped(Exception):
 
 
 class _Reading:
-    """State of reading one file; each definition is created on first use."""
+    """Reader state for one file; each definition is created on first use."""
 
     def __init__(
         self, file: File, tree: Tree, lines: dict[Path, int], stand_in: bool,
@@ -157,7 +157,7 @@ class _Reading:
         if at not in self._found:
             if at in self._open:
                 names = " → ".join(name for _, name in [*self._open[self._open.index(at) :], at])
-                self.refuse(DefinitionError, at, f"definitions form a circle: {names}", "remove one of these uses")
+                self.refuse(DefinitionError, at, f"definitions form a cycle: {names}", "remove one of these references")
                 raise _Skipped
             self._open.append(at)
             try:
@@ -234,7 +234,7 @@ class _Reading:
             return library.block(name)
         except Error as error:
             if module in self.made.modules:
-                remedy = f"specify a system to download it, gpac.load(…, system=cell), or pass modules={{'{module}': code}}"
+                remedy = f"pass the system to which it is downloaded, gpac.load(…, system=cell), or pass modules={{'{module}': code}}"
                 self.refuse(UnknownName, path, f"code module '{module}' is not loaded", remedy)
             else:
                 self.refuse(type(error), path, error.message, error.remedy)
@@ -308,7 +308,7 @@ class _Reading:
         if found is None:
             near = did_you_mean(name, [*self.trees["device_types"], *(t.definition_name() for t in _own_device_types())])
             give = f"pass it: gpac.load(…, devices={{'{name}': …}})"
-            self.refuse(UnknownName, path, f"device type '{name}' is unknown", f"{near} or {give}" if near.startswith("did you") else give)
+            self.refuse(UnknownName, path, f"there is no device type '{name}'", f"{near} or {give}" if near.startswith("did you") else give)
         return found
 
     def _termination(self, name: str, given: Tree, origin: Origin) -> Termination:
@@ -320,7 +320,9 @@ class _Reading:
                 found = type(kind.rpartition(":")[2] or "Terminated", (Terminated,), {})
             if found is None:
                 path = (*origin.path, "conditions", name, "raises")
-                self.refuse(UnknownName, path, f"condition '{name}' raises the unknown class '{kind}'", self.raises.remedy(kind, "raises"))
+                self.refuse(
+                    UnknownName, path, f"there is no class '{kind}', which condition '{name}' raises", self.raises.remedy(kind, "raises")
+                )
             kind = found
         elif kind:
             kind = Terminated
@@ -337,7 +339,10 @@ class _Reading:
             if form is None:
                 path = (*origin.path, "input_parameters", name, "form")
                 self.refuse(
-                    UnknownName, path, f"the form '{given['form']}' of '{name}' is unknown", self.forms.remedy(given["form"], "forms")
+                    UnknownName,
+                    path,
+                    f"there is no form '{given['form']}', which input '{name}' uses",
+                    self.forms.remedy(given["form"], "forms"),
                 )
         within = given["within"]
         return InputParameter(

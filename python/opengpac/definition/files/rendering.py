@@ -44,7 +44,7 @@ def toml_value(value: Any) -> str:
 
 
 def toml_entry(value: Any) -> str:
-    """Returns a value for a table: commands and transitions one per line, and multi-line text with its line breaks."""
+    """Formats a value for a table: commands and transitions one per line, and multi-line text with its line breaks."""
     if isinstance(value, str) and "\n" in value:
         lines = "\n".join(json.dumps(line, ensure_ascii=False)[1:-1].replace("\x7f", "\\u007F") for line in value.split("\n"))
         plain = '"""' not in value and not value.endswith('"')

@@ -28,8 +28,8 @@ def save(path: str | os.PathLike[str], *definitions: Definition, description: st
     contents of an existing file.
 
     `definitions` replace those of the same name in the file; if only values change, comments and order of a TOML file are preserved.
-    The verbs of a composed verb and of a device type are written too. Exception classes are written by name. `description` is a text
-    for people at the head of the file. Raises `FileFailed` if the file has another format or cannot be written.
+    The verbs of a composed verb and of a device type are written too. Exception classes are written by name. `description` is a
+    human-readable text at the top of the file. Raises `FileFailed` if the file has a different format or cannot be written.
     """
     file = File(path).expanduser()
     toml = is_toml(file)

@@ -206,7 +206,8 @@ def _device_type(tree: Tree) -> Tree:
 
 
 def _flagged(parameter: Tree) -> Tree:
-    """Returns a parameter's unit and flags. An explicit `keep` is written even if it is false, because that differs from an absent one."""
+    """Returns a parameter's unit and flags. An explicit `keep` is written even if it is false, because an absent `keep` has a different
+    meaning."""
     kept = {} if parameter.get("keep") is None else {"keep": parameter["keep"]}
     return _filled(unit=parameter["unit"], tunable=parameter["tunable"], within=parameter.get("within")) | kept
 

@@ -23,7 +23,7 @@ _DH = [
 
 
 class RefusedCommand(Exception):
-    """Raised when the safety system rejects a command; the arm is then in protective stop."""
+    """Raised when the safety system rejects a command; the arm is then in a protective stop."""
 
 
 class JointArm:
@@ -40,11 +40,11 @@ class JointArm:
     def command(self, goal: Sequence[float]) -> None:
         """Sets the next goal. Raises `RefusedCommand` if it is too far from the previous one."""
         if len(goal) != 6:
-            raise ValueError(f"the number of joint positions is wrong: {len(goal)}")
+            raise ValueError(f"a goal must have 6 joint positions, not {len(goal)}")
         step = max(abs(to - before) for to, before in zip(goal, self.goal, strict=True))
         self.step_max = max(self.step_max, step)
         if step > self.leap_max:
-            raise RefusedCommand(f"a goal is {step:.3f} rad from the previous one")
+            raise RefusedCommand(f"a goal is {step:.3f} rad from the previous one, more than {self.leap_max:g} rad")
         self.goal = [float(value) for value in goal]
 
     def rest(self) -> None:

@@ -22,9 +22,9 @@ class CanOpenDrive:
     node: int
     """Node ID."""
     state: str
-    """`operational`, `pre-operational`, `stopped`, `off`."""
+    """State of the node: `operational`, `pre-operational`, `stopped` or `off`."""
     drive: str
-    """State of the axis: `operation enabled`, `fault`."""
+    """State of the axis, for example `operation enabled` or `fault`."""
     position: int
     """Position of the axis, counts."""
     target: int
@@ -42,7 +42,7 @@ class CanOpenModule:
     node: int
     """Node ID."""
     state: str
-    """`operational`, `pre-operational`, `stopped`, `off`."""
+    """State of the node: `operational`, `pre-operational`, `stopped` or `off`."""
     inputs: list[bool]
     """Digital inputs, padded to whole bytes."""
     outputs: list[bool]
@@ -54,8 +54,8 @@ class CanOpenModule:
 
 
 class CanOpenBus(EmulatedBus):
-    """Emulated drives and modules on a bus, in a separate process; `canopen()` starts one. The process ends with `close()`, at the end
-    of a `with` block, or with the program."""
+    """Emulated drives and modules on a bus, in a separate process; `canopen()` starts one. The process ends on `close()`, at the end of
+    a `with` block, or when the program exits."""
 
     interface: str
     """Interface for the controller: `local:NAME`."""
@@ -112,6 +112,6 @@ def canopen(*nodes: str | Mapping[str, Any]) -> CanOpenBus:
     its time from the source that exchanges with it, so a program under the virtual clock is reproducible.
     """
     if not nodes:
-        refuse(CallError, "a bus needs at least one drive", 'name them: gpac.drivers.fake.canopen("x", "y")')
+        refuse(CallError, "a bus needs at least one drive", 'name the drives: gpac.drivers.fake.canopen("x", "y")')
     named = [{"name": node, "node": at} if isinstance(node, str) else {"node": at, **node} for at, node in enumerate(nodes, 1)]
     return CanOpenBus(named)

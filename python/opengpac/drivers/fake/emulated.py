@@ -15,15 +15,15 @@ from ...errors import CallError, DeviceFailed, refuse
 from ...system import processes
 
 ANSWER_S = 60.0
-"""Time limit of an answer, s: a safety net for busy machines."""
+"""Time limit for an answer, s: a safety net for busy machines."""
 END_S = 10.0
-"""Time limit for its process to end by itself, before it is killed, s."""
+"""Time limit for the process to exit by itself before it is killed, s."""
 
 
 class EmulatedBus:
-    """An emulated bus in a separate process. The process ends with `close()`, at the end of a `with` block, or with its program.
+    """An emulated bus in a separate process. The process ends on `close()`, at the end of a `with` block, or when the program exits.
 
-    `program` is the main program of the process, `what` its name in error messages; `options` is the first line sent to it.
+    `program` is the main program of the process, `what` is its name in error messages, and `options` is the first line sent to it.
     """
 
     def __init__(self, program: str, what: str, options: Mapping[str, Any]) -> None:
@@ -43,7 +43,7 @@ class EmulatedBus:
             answers.register(stdout, select.POLLIN)
             if not answers.poll(ANSWER_S * 1e3):
                 self.close()
-                refuse(DeviceFailed, f"{self._what} did not answer within {ANSWER_S:g} s", "start another one")
+                refuse(DeviceFailed, f"{self._what} did not answer within {ANSWER_S:g} s", "start a new one")
             line = stdout.readline()
         if not line:
             reason = stderr.read().strip() or "its process has ended"

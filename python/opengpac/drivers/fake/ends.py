@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Endpoints for devices of a test: a port of this host, or a pseudo terminal.
+"""Endpoints for emulated devices: a TCP port on this host, or a pseudo-terminal.
 
-No thread here waits for a client: what nobody reads is lost, as on a real line, and each wait ends when the endpoint is closed.
+No thread here waits for a client: data that no client reads is lost, as on a real line, and each wait ends when the endpoint is
+closed.
 """
 
 from __future__ import annotations
@@ -19,17 +20,17 @@ Receive = Callable[[bytearray, Callable[[bytes], None]], None]
 """Function that consumes complete messages from the front of the received bytes, and sends answers through the function passed to it."""
 
 UNREAD_S = 10
-"""Time for which a client may leave what is sent to it unread, before the rest is dropped, s."""
+"""Time for which a client may leave data unread before the rest is dropped, s."""
 
 
 class Closing:
-    """A flag that ends the waits of a thread on a descriptor. A copy of it in a forked process changes nothing, unlike one of a pipe."""
+    """A flag that wakes a thread waiting for a descriptor. Unlike a pipe, it is not affected by a copy in a forked process."""
 
     def __init__(self) -> None:
         self._flag = os.eventfd(0)
 
     def tell(self) -> None:
-        """Ends the wait that goes on and all later ones."""
+        """Ends the current wait and all later ones."""
         os.eventfd_write(self._flag, 1)
 
     def readable(self, descriptor: int) -> bool:
@@ -40,12 +41,12 @@ class Closing:
         return self._flag not in dict(polled.poll())
 
     def close(self) -> None:
-        """Releases the flag, when nothing waits for it."""
+        """Releases the flag. No thread may be waiting for it."""
         os.close(self._flag)
 
 
 class Terminal:
-    """Pseudo terminal in raw mode; `path` is its name for a program."""
+    """A pseudo-terminal in raw mode; `path` is the path that a program opens."""
 
     def __init__(self) -> None:
         self.device, self._line = os.openpty()
@@ -54,19 +55,19 @@ class Terminal:
         self.path = os.ttyname(self._line)
 
     def read(self) -> bytes:
-        """Returns what a program has written."""
+        """Returns the data that a program has written."""
         with contextlib.suppress(BlockingIOError):
             return os.read(self.device, 4096)
         return b""
 
     def write(self, data: bytes) -> None:
-        """Sends to the program; what does not fit because nobody reads is lost."""
+        """Sends data to the program; data that does not fit because the program does not read is lost."""
         with contextlib.suppress(BlockingIOError):
             while data:
                 data = data[os.write(self.device, data) :]
 
     def close(self) -> None:
-        """Closes it: a program that has it open sees it disconnect."""
+        """Closes the pseudo-terminal; a program that has it open sees a disconnect."""
         os.close(self._line)
         os.close(self.device)
 
@@ -113,7 +114,7 @@ class TcpEnd:
         self._held.close()
 
     def send(self, data: bytes) -> None:
-        """Sends to all clients, including those just accepted."""
+        """Sends data to all clients, including those just accepted."""
         if (listener := self._listener) is not None:
             self._take_in(listener)
         with self._lock:
@@ -182,7 +183,7 @@ class SerialEnd:
         self._closing.close()
 
     def send(self, data: bytes) -> None:
-        """Sends on the line."""
+        """Sends data on the line."""
         if self._is_on.is_set():
             self._terminal.write(data)
 

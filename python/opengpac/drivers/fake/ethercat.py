@@ -38,7 +38,7 @@ class Drive:
     state: str
     """EtherCAT state of the drive, with its error: `OP`, `SAFEOP with error 0x001b, …`."""
     drive: str
-    """State of the axis: `operation enabled`, `fault`."""
+    """State of the axis, for example `operation enabled` or `fault`."""
     position: int
     """Position of the axis, counts."""
     target: int
@@ -66,7 +66,7 @@ class Terminal:
 class EtherCatSegment(EmulatedBus):
     """Emulated drives and terminals on a line, in a separate process.
 
-    Started by `ethercat()`. The process ends with `close()`, at the end of a `with` block, or with its program.
+    Started by `ethercat()`. The process ends on `close()`, at the end of a `with` block, or when the program exits.
     """
 
     interface: str
@@ -120,7 +120,7 @@ class EtherCatSegment(EmulatedBus):
 
 @taking
 def ethercat(*drives: str | Mapping[str, Any], interface: str | None = None) -> EtherCatSegment:
-    """Starts an emulated segment, for any main device, of terminals and of CiA 402 drives whose motors follow their targets.
+    """Starts an emulated segment for any main device, with terminals, and with CiA 402 drives whose motors follow their targets.
 
     Each of `drives` is a name, or `{"name": "x", "position": 1000, "watchdog": False}`: its initial position in counts, and whether
     it has an output watchdog; `clock_ppm`, the rate error of its clock (positive: fast); `cable_ns`, the propagation delay from the
@@ -132,7 +132,7 @@ def ethercat(*drives: str | Mapping[str, Any], interface: str | None = None) -> 
     pair, which needs CAP_NET_RAW.
     """
     if not drives:
-        refuse(CallError, "a segment needs at least one drive", 'name them: gpac.drivers.fake.ethercat("x", "y")')
+        refuse(CallError, "a segment needs at least one drive", 'name the drives: gpac.drivers.fake.ethercat("x", "y")')
     at = interface if interface is not None else f"local:{secrets.token_hex(8)}"
     named = [{"name": drive} if isinstance(drive, str) else dict(drive) for drive in drives]
     return EtherCatSegment({"interface": at, "drives": named}, at)

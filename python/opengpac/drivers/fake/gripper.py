@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Gripper at the tool of an emulated arm: its own controller drives its fingers, and communicates over Modbus."""
+"""Gripper mounted on an emulated arm. Its own controller drives the fingers, and communicates over Modbus."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..modbus import modbus as modbus_driver
 from .modbus import Modbus
 
 STIFFNESS, DAMPING = 150.0, 6.0
-"""Gains of the gripper's control loops: N per metre between goal and finger, and N per m/s."""
+"""Gains of the gripper's control loops: N per metre of position error, and N per m/s."""
 PITCH = 10
 """Register spacing between fingers."""
 _READ = {"position": ("int16", 1e-5, "m"), "velocity": ("int16", 1e-4, "m/s"), "force": ("uint16", 1e-3, "N")}

@@ -44,7 +44,7 @@ class Tables:
 
 
 class Modbus(Tables):
-    """A Modbus device; `address` is for `gpac.drivers.modbus`. Accessing its tables directly accesses those of its first unit."""
+    """A Modbus device; `address` is for `gpac.drivers.modbus`. Its own tables are those of its first unit."""
 
     def __init__(self, units: Sequence[int], serial: bool) -> None:
         super().__init__()

@@ -161,7 +161,7 @@ class FakeServo:
 
 @dataclass
 class FakeServos:
-    """A bus of servos; `port` is for the driver. The bus ends with `close()`, or at the end of its `with` block.
+    """A bus of servos; `port` is for the driver. The bus is closed by `close()`, or at the end of its `with` block.
 
     `unplug()` disconnects its adapter and `plug()` reconnects it under the same name. `mute` is the number of requests to leave
     unanswered, `garble` the number of answers to corrupt; each counts down. `requests` is the number of requests received. `clock`
@@ -287,7 +287,7 @@ class _Line:
                 self._terminal.write(self._bus._answers(frames, request))
 
     def close(self) -> None:
-        """Stops the thread, then closes the terminal; a program that has it open sees a disconnect."""
+        """Stops the thread, then closes the pseudo-terminal; a program that has it open sees a disconnect."""
         self._closing.tell()
         self._thread.join()
         self._terminal.close()
@@ -308,13 +308,13 @@ def servos(
     """Creates servos on a pseudo-terminal, to test programs for a real arm: `with gpac.drivers.fake.servos("feetech") as bus:`.
 
     `kind` is as in the driver, `model` is one of its models, `position` (counts) is the initial position; each time its position is
-    read, a servo's distance to its goal shrinks by the fraction `follow`. `echo`: the adapter echoes sent bytes. `clock` is the time
-    base of the watchdogs of Dynamixel servos, s.
+    read, a servo's distance to its goal shrinks by the fraction `follow`. With `echo`, the adapter echoes sent bytes. `clock` is the
+    time base of the watchdogs of Dynamixel servos, s.
     """
     if kind not in _TABLES:
-        refuse(CallError, f"servos of kind {kind!r} are unknown", did_you_mean(str(kind), _TABLES) or f"choose one of {', '.join(_TABLES)}")
+        refuse(CallError, f"there is no kind of servo {kind!r}", did_you_mean(str(kind), _TABLES) or f"choose one of {', '.join(_TABLES)}")
     table = _TABLES[kind]
     name = model or next(iter(table.numbers))
     if name not in table.numbers:
-        refuse(CallError, f"model {name!r} of kind '{kind}' is unknown", f"choose one of {', '.join(table.numbers)}")
+        refuse(CallError, f"there is no model {name!r} of kind '{kind}'", f"choose one of {', '.join(table.numbers)}")
     return FakeServos(table, {id: FakeServo(table, id, table.numbers[name], position, follow) for id in ids}, echo, clock=clock)

@@ -16,7 +16,7 @@ class Text:
 
     def __init__(self, answers: Mapping[str, str], end: str, serial: bool) -> None:
         self.answers = dict(answers)
-        """Answer to each text that the device knows."""
+        """Answer to each text that the device recognises."""
         self._marks = end
         self._heard: list[str] = []
         self._lock = threading.Lock()

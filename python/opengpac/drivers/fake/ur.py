@@ -42,9 +42,10 @@ class ur:
     elapse per second. It listens on the ports of a real controller. A goal more than `leap_max` (rad) from the previous one causes a
     protective stop.
 
-    Its joints follow exactly, or with `model`, `"ur5e"` or an MJCF file, MuJoCo simulates the arm with the control loops of a
-    controller; `tool` is attached to its flange and `scene` surrounds it, as for `gpac.robots.load`. With a model, the force at its
-    tool is the contact force, and the fingers of the tool are its `gripper`, a separate device: `robot.gripper.driver()`.
+    By default, its joints follow their goals exactly. With `model`, `"ur5e"` or an MJCF file, MuJoCo simulates the arm with the
+    control loops of a controller; `tool` is attached to its flange and `scene` surrounds it, as for `gpac.robots.load`. With a model,
+    the force at the arm's tool is the contact force, and the fingers of the tool are its `gripper`, a separate device:
+    `robot.gripper.driver()`.
     """
 
     def __init__(
@@ -179,7 +180,7 @@ class ur:
         self.do(store)
 
     def output(self, number: int) -> bool:
-        """Returns a digital output of the control box."""
+        """Returns the state of a digital output of the control box."""
         return self.do(lambda: bool(self.digital_outputs >> number & 1))
 
     def off(self) -> None:
@@ -218,7 +219,7 @@ class ur:
                 self.arm.close()
 
     def do(self, order: Callable[[], Any]) -> Any:
-        """Runs `order` between two cycles, and returns its result."""
+        """Calls `order` between two cycles, and returns its result."""
         answer: queue.Queue[Any] = queue.Queue()
         self._orders.put((order, answer))
         self._wakes.send(b"\0")

@@ -95,7 +95,7 @@ class Rtde(Peer):
         return any("TCP_pose" in name for name in self._outputs)
 
     def send_package(self, values: dict[str, Any]) -> None:
-        """Sends the requested values if the client has started and is due."""
+        """Sends the requested values if the client has started and a package is due."""
         if self._runs and self.robot.cycles % self._every == 0:
             self.send(message("U", b"\x01" + packed(self._outputs, values)))
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Universal Robots programs, run cycle by cycle. Supports as much of URScript as programs that follow registers need.
+"""Universal Robots programs, run cycle by cycle. Supports the subset of URScript that is needed by programs that follow registers.
 
 A program becomes a Python generator that advances once per controller cycle. Controller functions that take time are generators too.
 Variables that are not `local` are global, as in URScript, whose nested functions see the variables of their program.

@@ -168,7 +168,7 @@ pub struct Module {
 /// Returns the text at an address; empty if the address is null.
 ///
 /// # Safety
-/// The address is null, or points to a NUL-terminated text.
+/// The address must be null or point to a NUL-terminated text.
 pub unsafe fn text(at: *const c_char) -> String {
     if at.is_null() {
         return String::new();

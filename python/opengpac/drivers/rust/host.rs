@@ -57,7 +57,7 @@ impl Host {
         Counter(unsafe { ((*self.0).counter)(self.0, name.as_ptr()) }.cast())
     }
 
-    /// Adds a read channel with a C type, named `"part.channel"`.
+    /// Adds a read channel with the name `"part.channel"` and a C type.
     pub fn reads(&mut self, of: &CStr, name: &CStr, doc: &CStr, unit: &CStr) -> Slot {
         self.channel(0, of, name, doc, unit, 0.0)
     }

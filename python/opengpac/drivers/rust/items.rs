@@ -110,7 +110,7 @@ pub const fn right(doc: &'static CStr) -> Item {
     item(what::RIGHT, c"", doc, c"")
 }
 
-/// Declares a service off the cycle; the options that follow are its arguments.
+/// Declares a service that runs outside the cycle; the options that follow are its arguments.
 pub const fn service(name: &'static CStr, doc: &'static CStr) -> Item {
     service_of(name, answers::NOTHING, doc)
 }
@@ -120,7 +120,7 @@ pub const fn service_of(name: &'static CStr, answer: u32, doc: &'static CStr) ->
     Item { kind: answer, ..item(what::SERVICE, name, doc, c"") }
 }
 
-/// Declares a service that moves the machine, which is refused while an emergency stop is latched.
+/// Declares a service that moves the machine. Such a service is refused while an emergency stop is latched.
 pub const fn moving_service(name: &'static CStr, doc: &'static CStr) -> Item {
     Item { whole: 1, ..service(name, doc) }
 }

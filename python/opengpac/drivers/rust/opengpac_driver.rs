@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! A driver in Rust, the counterpart of `opengpac_driver.h` in C: a struct that implements the trait [`Driver`], and one [`export`] in
-//! its crate. Its contract is that of the header: `read` and `write` are bounded and neither allocate, lock nor block, unless its items
-//! contain `worker()`.
+//! its crate. Its contract is that of the header: `read` and `write` take a bounded time and do not allocate, lock or block, unless the
+//! driver's items contain `worker()`.
 #![allow(dead_code, unused_imports, clippy::missing_safety_doc)]
 use crate::abi::{self, Cause, Module};
 use host::c_text;
@@ -18,7 +18,7 @@ pub use crate::abi::{Item, Part, Slot};
 pub use host::{Commands, Counter, Host, Readings};
 pub use items::*;
 
-/// Result of a driver's function; the error is the cause, as text for people.
+/// Result of a driver's function; the error is the cause, as human-readable text.
 pub type Done = Result<(), String>;
 
 pub trait Driver: Sized + Send {
@@ -113,7 +113,7 @@ impl<T: Driver> Cycle<T> {
     }
 }
 
-/// Converts the result of a call off the cycle to its cause.
+/// Converts the result of a call outside the cycle to its cause.
 fn told(done: Done) -> Cause {
     let Err(why) = done else { return std::ptr::null() };
     TOLD.with_borrow_mut(|told| {

@@ -42,8 +42,7 @@ def put_right(file: Path, is_whole: bool = False) -> tuple[str | None, tuple[str
 
 
 def check_numbers(file: Path) -> None:
-    """Refuses an MJCF file because of an impossible number in it or in a file that it includes. Malformed XML is left to MuJoCo to
-    report."""
+    """Refuses an MJCF file if it, or a file that it includes, contains an impossible number. Malformed XML is left to MuJoCo to report."""
     seen: set[Path] = set()
     waiting = [file]
     while waiting:

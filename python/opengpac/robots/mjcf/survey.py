@@ -138,7 +138,7 @@ def _give_motors(spec: Any, model: Any) -> list[str]:
         if joint.type not in _KINDS or joint.name in followers or not joint.name:
             continue
         if model.dof_damping[model.jnt_dofadr[id]] > DAMPING_MAX:
-            notes.append(f"joint '{joint.name}' is locked by its damping and gets no motor")
+            notes.append(f"joint '{joint.name}' is locked by its damping, so no motor is added")
             continue
         motor = spec.add_actuator(name=f"motor of {joint.name}", target=joint.name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         unit = "N.m" if joint.type == mujoco.mjtJoint.mjJNT_HINGE else "N"

@@ -93,7 +93,7 @@ def convert(
     try:
         spec = _compiled(mujoco, source, selected, semantics.pairs if self_collision else None)
     except (ValueError, OSError, mujoco.FatalError) as error:
-        refuse(DeviceFailed, f"MuJoCo cannot read the URDF file '{file}': {error}", "fix that, or load the arm as MJCF")
+        refuse(DeviceFailed, f"MuJoCo cannot read the URDF file '{file}': {error}", "fix the file, or load the arm as MJCF")
     states = semantics.states_of(selected.arm or selected.motors)
     return ConvertedArm(
         _balanced(spec.to_xml()), speeds, tuple(source.notes), held_back, selected.arm, semantics.groups, states, controls.interfaces

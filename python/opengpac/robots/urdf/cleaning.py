@@ -86,7 +86,7 @@ def _number_names(source: Source, tag: str) -> None:
         if not name:
             source.refuse(element, f"a <{tag}> has no name", "add one")
         if name in known and tag == "link":
-            source.refuse(element, f"two links are named '{name}', so references by joints are ambiguous", "rename one of them")
+            source.refuse(element, f"two links are named '{name}', so it is unclear which one a joint refers to", "rename one of them")
         fresh, number = name, 2
         while fresh in known:
             fresh, number = f"{name}_{number}", number + 1
@@ -140,7 +140,7 @@ def _clean_limit(source: Source, joint: ElementTree.Element) -> float:
         limit.attrib.pop("upper", None)
         _free(joint)
     elif low > high:
-        source.note(f"the range of joint '{name}', {low:g} to {high:g}, is empty; its ends are exchanged", limit)
+        source.note(f"the range of joint '{name}', {low:g} to {high:g}, is empty; its limits are swapped", limit)
         limit.attrib.update({"lower": f"{high}", "upper": f"{low}"})
     elif ("lower" not in limit.attrib and "upper" not in limit.attrib) or not any((low, high, speed, effort)):
         source.note(f"{kind} joint '{name}' has no range; it is treated as unlimited", limit)
@@ -203,7 +203,7 @@ def _clean_link(source: Source, link: ElementTree.Element, moves: bool) -> None:
             link.remove(shape)
     if inertial is None:
         if moves and link.find("collision") is None:
-            source.note(f"link '{name}' has neither an inertia nor a shape to compute it from; it gets the minimum mass", link)
+            source.note(f"link '{name}' has neither an inertia nor a shape to compute one from; the minimum mass is used", link)
         return
     mass, inertia = inertial.find("mass"), inertial.find("inertia")
     kilograms = 0.0 if mass is None else source.numbers(mass, "value", 1, "0")[0]
@@ -212,7 +212,7 @@ def _clean_link(source: Source, link: ElementTree.Element, moves: bool) -> None:
         moments = [source.numbers(inertia, word, 1, "0")[0] for word in numbers.MOMENTS]
     if kilograms <= 0.0:
         if moves:
-            source.note(f"link '{name}' has a mass of {kilograms:g} kg; it is computed from its shapes instead", inertial)
+            source.note(f"link '{name}' has a mass of {kilograms:g} kg; the mass is computed from its shapes instead", inertial)
         link.remove(inertial)
     elif not _is_possible(moments):
         if moves:

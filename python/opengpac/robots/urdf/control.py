@@ -114,7 +114,8 @@ def _narrow_range(source: Source, limit: ElementTree.Element, name: str, limits:
 
 
 def _greatest(limits: Mapping[tuple[str, str], tuple[float, float]], joint: str, interface: str) -> float:
-    """Returns the larger absolute limit of an interface, or 0 if it has none: a joint has a single limit of speed and of effort."""
+    """Returns the larger absolute limit of an interface, or 0 if it has none, because a joint has a single speed limit and a single
+    effort limit."""
     low, high = limits.get((joint, interface), (0.0, 0.0))
     most = min(abs(low), abs(high)) if low and high else max(abs(low), abs(high))
     return most if most < float("inf") else 0.0

@@ -18,7 +18,7 @@ _BEGINS = [
     (b"<\0", "utf-16-le"),
     (b"\0<", "utf-16-be"),
 ]
-"""Byte order marks and other first bytes that identify a file's encoding; they take precedence over a declaration."""
+"""Byte order marks and other leading bytes that identify a file's encoding; they take precedence over a declaration."""
 _READ_BY_EXPAT = ("utf-8", "utf8", "utf-16", "us-ascii", "iso-8859-1")
 
 
@@ -42,7 +42,7 @@ def decoded(file: Path, content: bytes) -> tuple[bytes, str | None]:
 
 
 def _without_late_declaration(content: bytes) -> bytes:
-    """Blanks out an XML declaration that is not at the beginning, which many files have; line numbers are preserved."""
+    """Blanks out an XML declaration that is not at the beginning of the file, a common defect; line numbers are preserved."""
     start = content.find(b"<?xml")
     end = content.find(b"?>", start) + 2
     if start <= 0 or end < 2:

@@ -36,7 +36,7 @@ def _is_macro(element: ElementTree.Element) -> bool:
 def expanded(file: Path, packages: Packages, line: int) -> bytes:
     """Returns the expanded XML of a file whose first macro is on `line`. Raises `DeviceFailed` if it cannot be expanded."""
     if importlib.util.find_spec("xacro") is None:
-        missing = f"'{file}' has macros of xacro, the first in line {line}, but xacro is not installed"
+        missing = f"'{file}' contains xacro macros, the first of them on line {line}, but xacro is not installed"
         refuse(DeviceFailed, missing, "run pip install xacro, or expand the file first: xacro FILE > arm.urdf")
     command = [sys.executable, "-P", _EXPAND, str(SECONDS_MAX), file, *packages.roots]
     try:
@@ -45,7 +45,7 @@ def expanded(file: Path, packages: Packages, line: int) -> bytes:
             return run.stdout
         if run.returncode == -signal.SIGXCPU:
             raise subprocess.TimeoutExpired(command, SECONDS_MAX)
-        why = run.stdout.decode() if run.returncode == _REFUSED else f"its process ended with {run.returncode}"
+        why = run.stdout.decode() if run.returncode == _REFUSED else f"its process exited with status {run.returncode}"
     except subprocess.TimeoutExpired as error:
         why = f"it takes more than {error.timeout:g} s"
     except OSError as error:
@@ -55,7 +55,7 @@ def expanded(file: Path, packages: Packages, line: int) -> bytes:
 
 
 def _lines_of_expression(file: Path, why: str) -> str:
-    """Returns where in a file the expression is that a message of xacro quotes without its line; empty if it quotes none."""
+    """Returns the location in a file of the expression that an xacro message quotes without a line number; empty if it quotes none."""
     found = re.search(r"evaluating expression '([^']+)'|substitution argument (\S+)", why)
     if found is None:
         return ""

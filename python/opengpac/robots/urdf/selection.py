@@ -86,7 +86,7 @@ def _inside(source: Source, tree: Tree, home: Mapping[str, float], state: str) -
         low, high = float(limit.get("lower", "0")), float(limit.get("upper", "0"))
         found[name] = min(max(position, low), high)
         if abs(found[name] - position) > 1e-6:
-            where = f"in state '{state}'" if state else "at its initial value"
+            where = f"in state '{state}'" if state else "initially"
             source.note(
                 f"joint '{name}' is {where} at {position:g}, outside its range, {low:g} to {high:g}; it starts at the end of the range",
                 joint,

@@ -92,7 +92,7 @@ def read(file: Path, arm: Source, packages: Packages) -> Semantics:
 
 
 class _Reading:
-    """State of reading an SRDF file."""
+    """Reader state for one SRDF file."""
 
     def __init__(self, source: Source, tree: Tree, arm: Source) -> None:
         self.source, self.tree, self.arm = source, tree, arm
@@ -225,7 +225,7 @@ class _Reading:
 def chosen(semantics: Semantics, group: str, driven: Collection[str]) -> list[str]:
     """Returns the actuated joints of the requested group. Raises `UnknownName` if the group does not exist."""
     if semantics.file is None:
-        refuse(UnknownName, f"group '{group}' is unknown, because no SRDF file is read", "pass its file: srdf=")
+        refuse(UnknownName, f"there is no group '{group}', because no SRDF file was read", "pass its file: srdf=")
     if group not in semantics.groups:
         refuse(UnknownName, f"'{semantics.file}' has no group '{group}'", did_you_mean(group, semantics.groups))
     joints = [name for name in semantics.groups[group] if name in driven]

@@ -12,7 +12,8 @@ MOVING = ("revolute", "continuous", "prismatic")
 
 
 def check_tree(source: Source) -> None:
-    """Refuses a file whose links do not form a tree: a link attached to itself, a link with two parent joints, a cycle."""
+    """Refuses a file whose links do not form a tree because a link is attached to itself, a link has two parent joints, or there is a
+    cycle."""
     carriers: dict[str, ElementTree.Element] = {}
     for joint in source.root.findall("joint"):
         name, parent, child = joint.get("name", ""), _end(joint, "parent"), _end(joint, "child")
@@ -33,7 +34,7 @@ def check_tree(source: Source) -> None:
             parent = _end(carrier, "parent")
             if parent == link:
                 circle = ", ".join(f"'{_name(carriers[each])}'" for each in way)
-                source.refuse(joint, f"joints {circle} form a circle: none of their links is connected to the base", "remove one of them")
+                source.refuse(joint, f"joints {circle} form a cycle: none of their links is connected to the base", "remove one of them")
             if parent in way:
                 break
             way.append(parent)

@@ -31,7 +31,7 @@ function found(channel: string, made: ReadonlyMap<string, readonly string[]>, re
   return null;
 }
 
-/** Returns the cells that blocks with one output compute from each cell. */
+/** Returns, for each cell, the cells that single-output blocks compute from it. */
 function madeOf(instances: readonly InstalledInstance[]): ReadonlyMap<string, readonly string[]> {
   const made = new Map<string, string[]>();
   for (const { ports } of instances.flatMap(({ blocks }) => blocks)) {

@@ -43,7 +43,7 @@ const found = (difference: ReplayDifference | null) =>
     found: { stopped: difference ? "difference" : "end", firings: 50, message: "", difference, time_ns: 42_000_000 },
   }) as unknown as Replaying;
 
-/** Returns a system that reports these states of its replay, one after another. */
+/** Returns a mock system that reports these states of its replay, one after another. */
 function system(...looks: (Replaying | Error)[]) {
   const asked: string[] = [];
   const look = vi.fn(async () => {

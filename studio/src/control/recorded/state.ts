@@ -71,7 +71,7 @@ export function toNs(time_s: number): number {
   return Math.round(time_s * 1e9);
 }
 
-/** Returns the number of entries, sorted by time, that are not later than `time_ns`. `timeOf` returns s. */
+/** Returns the number of entries, sorted by time, that are not later than `time_ns`. `timeOf` returns the time of an entry in seconds. */
 export function countUntil<T>(entries: readonly T[], timeOf: (entry: T) => number, time_ns: number): number {
   let [low, high] = [0, entries.length];
   while (low < high) {

@@ -43,12 +43,12 @@ export class RecordedValues implements Values {
 
   renew(): void {}
 
-  /** Returns the names that are watched. */
+  /** Returns the watched names. */
   names(): string[] {
     return [...this.#cells.keys()];
   }
 
-  /** Passes the values that were last stored before the cursor to the watchers. */
+  /** Passes the most recent values before the cursor to their watchers. */
   take(values: Readonly<Record<string, Reading | null>>): void {
     for (const [name, cell] of this.#cells) {
       const reading = values[name];

@@ -7,7 +7,10 @@ import { useRoute } from "../route";
 import { type Observation, stepsOf } from "./steps";
 import { type ArmTour, tour } from "./tour";
 
-/** The tour, if one was begun, below the bars. It commands nothing: each step names a control of the page, and notices that it was pressed. */
+/**
+ * The tour, if one is in progress, shown below the bars. It does not command anything itself: each step names a control of the page, and
+ * detects that a person has used it.
+ */
 export function Tour() {
   const begun = useWatched(tour);
   return begun && <Steps of={begun} />;
@@ -43,7 +46,7 @@ function Steps(props: { of: ArmTour }) {
   );
 }
 
-/** Returns whether a step was done since it began; a step that was done once stays so. */
+/** Returns whether a step has been completed since it began. Once completed, it remains so. */
 function useDone(isDone: (seen: Observation) => boolean, step: number): boolean {
   const { topics } = useLive();
   const now = useTopic(topics.statistics);

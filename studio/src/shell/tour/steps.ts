@@ -4,13 +4,13 @@ import type { Report, Statistics } from "../../control/shapes";
 import { tr } from "../../language/text";
 import { addressOf } from "../route";
 
-/** State of the system and of the page by which a step is recognized as done. */
+/** State of the system and of the page, from which the completion of a step is detected. */
 export interface Observation {
   now: Statistics;
-  /** Reports of the starts that ended since the step began. */
+  /** Reports of the starts that have ended since the step began. */
   reports: readonly Report[];
   view: string;
-  /** True if an emergency stop was latched since the step began. */
+  /** True if an emergency stop has been latched since the step began. */
   wasStopped: boolean;
 }
 
@@ -23,7 +23,7 @@ export interface TourStep {
   isDone: (seen: Observation) => boolean;
 }
 
-/** Returns the five steps of the tour of an arm, given by the names of its joints. */
+/** Returns the five steps of the tour for an arm with these joints. */
 export function stepsOf(joints: readonly string[]): TourStep[] {
   const joint = joints[0] ?? "";
   const devices = { text: tr("tour.openDevices"), address: addressOf("devices", [joint]) };

@@ -33,7 +33,7 @@ export function ForcedTag(props: { of: ForcedSignal | undefined }) {
   );
 }
 
-/** Forces and releases one input or output; null for devices that are no signals, and for pages that may not. */
+/** Controls that force or release one input or output; empty for a device that is not a signal, and on a page without the permission. */
 export function Forcing(props: { device: string; type: string; state: DeviceState | undefined; forced: ForcedSignal | undefined }) {
   const { device, forced, state } = props;
   const control = useControl();

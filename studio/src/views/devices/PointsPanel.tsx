@@ -15,7 +15,7 @@ import { useVerb } from "./useVerb";
 
 const NO_FILE = tr("devices.noFileOfTaughtPointsIs");
 
-/** Taught points of an arm, in the file that its program also uses: teaches, approaches, renames and deletes them. */
+/** Panel for the taught points of an arm, in the file that its program also uses: it teaches, approaches, renames and deletes them. */
 export function PointsPanel(props: { of: ArmDescription; chain: ChainDescription; now: Statistics }) {
   const { of: arm, chain, now } = props;
   const control = useControl();

@@ -20,7 +20,7 @@ export interface Scene {
   geometry: Geometry;
   machine: BuiltMachine;
   stage: Pick<Stage, "add" | "remove" | "draw">;
-  /** Data attributes that report what is drawn: number of positions in the path, whether the ghost is shown, number of contacts. */
+  /** Data attributes that describe the drawing: number of positions in the path, whether the ghost is shown, number of contacts. */
   told: DOMStringMap;
 }
 

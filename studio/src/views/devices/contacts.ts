@@ -17,8 +17,8 @@ export interface Arrow {
 }
 
 /**
- * Returns the arrows of the contacts; the arrow of a force of `chosen_N` has the length [`CHOSEN_M`]. Contacts without a force are left
- * out.
+ * Returns the arrows of the contacts, scaled so that a force of `chosen_N` has the length [`CHOSEN_M`]. Contacts without a force are
+ * omitted.
  */
 export function arrowsOf(told: readonly number[], chosen_N: number): Arrow[] {
   const arrows: Arrow[] = [];

@@ -4,7 +4,7 @@ import { RefusalError } from "../../control/refusals";
 import type { Source } from "../../control/source";
 import { BEAT, JOG_TOOL, type JogMotion, Press } from "./jogging";
 
-/** A system that records its calls, each with the time of the press for which it was made. */
+/** A mock system that records the calls made to it, each with the time of the press that caused it. */
 class Rig {
   now: number | null = 1000;
   readonly calls: [string, number | undefined][] = [];
@@ -12,7 +12,7 @@ class Rig {
   readonly beats: number[] = [];
   readonly starts: { client?: number }[] = [];
   inputs = ["velocity", "client"];
-  /** States that an instance passes through before it has ended. */
+  /** States that an instance passes through before it ends. */
   states: string[] = [];
   refusesStart = false;
   readonly source = {
@@ -22,7 +22,7 @@ class Rig {
       if (name === "write" && args.name === BEAT) this.beats.push(args.value ?? 0);
       if (name === "start") this.starts.push(args.values ?? {});
       if (name === "start" && this.refusesStart)
-        throw new RefusalError([{ class: "InvalidState", message: "'start' came 900 ms after it was given" }], 409);
+        throw new RefusalError([{ class: "InvalidState", message: "'start' arrived 900 ms after it was issued" }], 409);
       return 7;
     },
     look: async (name: string) => {
@@ -87,7 +87,7 @@ test("an instance whose step came late is started by the next press, and not mad
   const late = new Press(rig.source, MOTION, new Promise<void>((done) => (over = done)));
   rig.now = 1900;
   over();
-  await expect(late.done).rejects.toThrow("after it was given");
+  await expect(late.done).rejects.toThrow("after it was issued");
   expect(rig.times("delete")).toEqual([]);
   rig.refusesStart = false;
   await new Press(rig.source, MOTION).done;

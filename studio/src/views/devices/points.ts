@@ -100,7 +100,7 @@ export function motionTo(
   return { verb: "move_linear", values: { pose: numbersOf(goal.pose), ...speeds, chain: { ...chain } } };
 }
 
-/** Returns a message about a motion that did not reach its point; null if it arrived. */
+/** Returns a message about a motion that did not reach its point; null if it did. */
 export function toldOfMotion(arm: ArmDescription, name: string, report: Report): Refusal | null {
   const { condition, value } = report;
   const refused = (message: string, remedy: string): Refusal => ({ class: condition, message, remedy });

@@ -44,7 +44,7 @@ function parsed(written: string, kind: "list" | "table"): ReadResult<unknown> {
   };
 }
 
-/** Returns all arguments of a service except empty ones, and the errors for each argument. */
+/** Returns the arguments of a service that are not empty, and the errors by argument. */
 export function argumentsOfService(
   service: DriverService,
   texts: Record<string, string>,

@@ -10,7 +10,7 @@ import { type JogMotion, Press } from "./jogging";
 const LAST = new WeakMap<Source, Promise<unknown>>();
 
 export interface HeldMotion {
-  /** Motion in progress; null if none is. */
+  /** Motion in progress; null if there is none. */
   under: JogMotion | null;
   refusals: Refusal[];
   /** Starts a motion, unless another one is in progress that is a step or whose button is still held. */

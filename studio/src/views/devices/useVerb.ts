@@ -18,7 +18,7 @@ export interface AskedVerb {
 
 /** A verb that the page has started. */
 export interface VerbUnderWay {
-  /** Subject of the press: the approached point, or the output. */
+  /** Subject of the press: the point to be approached, or the output. */
   about: string;
   instance: number;
 }

@@ -89,9 +89,9 @@ export interface Filter {
   text: string;
 }
 
-/** Verbs that are started at each press of a button. */
+/** Verbs that are started each time a button is pressed. */
 const CHATTER = new Set(["jog", "jog_linear"]);
-/** Number of kinds of lines that a press may cause. */
+/** Maximum number of kinds of lines that a press of such a button may cause. */
 const CHATTER_KINDS = 16;
 
 /** Returns the verb of the instance to which a line refers: `jog` for `jog#7`. */
@@ -100,8 +100,8 @@ function verbOf(line: Line): string {
 }
 
 /**
- * Returns the index of the line that `line` repeats, or -1. Usually this is the previous line; of the presses of a jog button, which
- * cause several lines each, it is the last line of the same kind, unless something else happened since.
+ * Returns the index of the line that `line` repeats, or -1. Usually this is the previous line. Each press of a jog button causes several
+ * lines, so a line of a jog repeats the last line of the same kind, unless something else has happened since.
  */
 function repeated(shown: readonly Line[], line: Line): number {
   const isChatter = CHATTER.has(verbOf(line)) && !BAD_KINDS.has(line.kind) && !WARN_KINDS.has(line.kind);

@@ -13,7 +13,7 @@ export interface Sight {
  */
 export const BEYOND = { scrolled: 6, jumped: 1 };
 
-/** Returns the range of rows to render, excluding its end. */
+/** Returns the half-open range of rows to render. */
 export function rowsInSight(sight: Sight, rows: number, row_px: number, beyond: number): [number, number] {
   const first = Math.max(0, Math.floor(sight.top / row_px) - beyond);
   return [first, Math.min(rows, Math.ceil((sight.top + sight.height) / row_px) + beyond)];

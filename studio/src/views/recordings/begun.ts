@@ -45,8 +45,8 @@ export function completedName(name: string): string {
 }
 
 /**
- * Returns the recording to which a file belongs; null if this tab has none. `isLast` is true for its latest file, which shows the state
- * of the recording.
+ * Returns the recording to which a file belongs; null if it does not belong to a recording of this tab. `isLast` is true for the
+ * recording's latest file, which shows the state of the recording.
  */
 export function recordingOf(file: string, all: RunningRecording[]): { begun: RunningRecording; isLast: boolean } | null {
   const named = (path: string) => path.slice(path.lastIndexOf("/") + 1);

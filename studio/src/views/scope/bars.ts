@@ -13,7 +13,7 @@ export class Bars {
   /** Returns the position of the recording's cursor, s relative to the origin; null if the views follow the running system. */
   readonly #present: () => number | null;
   readonly #stand = document.createElement("div");
-  /** Returns the time of a replay's first difference, s relative to the origin. */
+  /** Returns the time of a replay's first difference, s relative to the origin; null if there is none. */
   readonly #differs: () => number | null;
   readonly #mark = document.createElement("div");
 

@@ -49,7 +49,7 @@ export function nearest(times_ns: readonly number[], to_ns: number): number {
   return times_ns.reduce((best, time, at) => (Math.abs(time - to_ns) < Math.abs((times_ns[best] ?? time) - to_ns) ? at : best), 0);
 }
 
-/** Returns by how much later the moment is in the other recording, ns. */
+/** Returns the time by which the moment is later in the other recording, ns. */
 export function shiftOf(here: Pick<Past, "log" | "begins_ns">, beside: Beside): number {
   const timeOf = (past: Pick<Past, "log" | "begins_ns">, at: number) => momentsOf(past).get(beside.moment)?.[at] ?? past.begins_ns;
   return timeOf(beside.past, beside.there) - timeOf(here, beside.here);

@@ -19,7 +19,7 @@ interface Feed {
 export interface Feeding {
   /** Refusals by channel. */
   readonly refused: WatchedValue<ReadonlyMap<string, Refusal[]>>;
-  /** Requests exactly these channels, and no others. */
+  /** Requests exactly these channels. */
   want(names: readonly string[]): void;
   /** Requests refused channels again, because an installation may have added them. */
   again(names: readonly string[]): void;
@@ -42,7 +42,7 @@ export class Feeds implements Feeding {
     this.#say = say;
   }
 
-  /** Requests exactly these channels, and no others. */
+  /** Requests exactly these channels. */
   want(names: readonly string[]): void {
     const wanted = new Set(names);
     const gone: string[] = [];

@@ -7,7 +7,10 @@ export const SPANS_S = [1e-3, 2e-3, 5e-3, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2,
 const SPAN_MIN_NS = 1e3;
 const SPAN_MAX_NS = 600e9;
 
-/** Returns the handlers of wheel, drag and keys. On a rolling picture they change the time base; on a frozen one they zoom. */
+/**
+ * Returns the handlers of wheel, drag and key events. While the picture is rolling, they change the time base; while it is frozen, they
+ * zoom.
+ */
 export function gesturesOf(scope: Scope): Gestures {
   const of = (): Gestures => (scope.setup.get().spectrum ? overFrequency(scope) : overTime(scope));
   return {

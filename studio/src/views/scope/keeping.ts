@@ -5,7 +5,7 @@ import { checked, EMPTY, type Setup } from "./setup";
 const LAST = "opengpac.scope.last";
 const NAMED = "opengpac.scope.setups";
 
-/** Returns the setup that was shown last. */
+/** Returns the most recently shown setup. */
 export function kept(): Setup {
   try {
     return checked(JSON.parse(localStorage.getItem(LAST) ?? "null") ?? EMPTY);

@@ -43,7 +43,7 @@ export class Plot {
   #built = "";
   #axes: Axis[] = [];
   #isFixed = false;
-  /** True if the labels along x are at a plot below this one. */
+  /** True if the labels along x are drawn at a plot below this one. */
   #isAbove = false;
   #drawn: DrawnTrace | null = null;
   /** Element to which the cursors are attached; null before the plot is built. */
@@ -92,7 +92,7 @@ export class Plot {
     this.#drawn = null;
   }
 
-  /** Returns the time at a position on the screen, s relative to the origin; `x` in CSS pixels. */
+  /** Returns the time at a position on the screen, s relative to the origin; `x` is in CSS pixels. */
   timeAt(x: number): number {
     const { lo, hi } = this.#x();
     return lo + (x / Math.max(1, this.over?.clientWidth ?? 1)) * (hi - lo);

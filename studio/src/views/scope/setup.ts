@@ -25,7 +25,7 @@ export interface TraceSetup extends Source {
   hidden?: boolean;
   /** Index of the plot, from the top; 0 by default. */
   plot?: number;
-  /** Fixed range of the scale; if missing, the range follows the values. */
+  /** Fixed range of the scale; if absent, the range follows the values. */
   range?: [number, number];
 }
 

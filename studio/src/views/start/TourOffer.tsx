@@ -6,7 +6,10 @@ import { tr } from "../../language/text";
 import { useControl } from "../../shell/context";
 import { tour } from "../../shell/tour/tour";
 
-/** Offers the tour if this page may operate, the system has motions, and an arm is simulated: nothing real is moved for practice. */
+/**
+ * Offers the tour if this page may operate, the system has the verbs for the motions, and an arm is simulated, so that no real machine
+ * is moved for practice.
+ */
 export function TourOffer(props: { configuration: Configuration; names: Names }) {
   const { configuration, names } = props;
   const control = useControl();
@@ -28,7 +31,7 @@ export function TourOffer(props: { configuration: Configuration; names: Names })
   );
 }
 
-/** Returns an arm whose machine is simulated, which has a geometry, with the names of its joints. */
+/** Returns the name of a simulated machine with a geometry, and the names of its joints; null if there is none. */
 function useSimulatedArm(configuration: Configuration): { name: string; joints: string[] } | null {
   const control = useControl();
   const [arm, setArm] = useState<{ name: string; joints: string[] } | null>(null);

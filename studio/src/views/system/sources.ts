@@ -10,7 +10,7 @@ export interface SourceShown extends SourceStatistics {
   priority: number;
   /** Period, ns; null if the source is not a timer. */
   period_ns: number | null;
-  /** True if counted since a baseline; the maximum values are then known only to the precision of a bin. */
+  /** True if the counts begin at a baseline; the maximum values are then known only to the precision of a bin. */
   counted: boolean;
 }
 

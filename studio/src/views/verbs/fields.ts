@@ -101,7 +101,7 @@ function degreesText(value: number, unit: string): string {
   return `${Number(((value * 180) / Math.PI).toPrecision(4))}°${unit.slice("rad".length)}`;
 }
 
-/** Formats one end of a range with four digits, which suffice for choosing a goal; angles also in degrees. */
+/** Formats one end of a range with four digits, which suffice for choosing a goal. Angles are also given in degrees. */
 export function endText(value: Value, unit: string | null): string {
   if (typeof value !== "number") return limitText(value, null);
   const short = String(Number(value.toPrecision(4)));

@@ -56,7 +56,7 @@ function alone(of: Region): Region {
   return panel;
 }
 
-/** Converts a layout for the docking library. A layout without panels becomes an empty tabset. */
+/** Converts a layout to a model of the docking library. A layout without panels becomes an empty tabset. */
 export function modelOf(layout: Region): WorkspaceModelInput<Region> {
   let last = 0;
   const tab = (of: Region): TabNode<Region> => {
@@ -74,7 +74,7 @@ export function modelOf(layout: Region): WorkspaceModelInput<Region> {
   return { version: 1, root: node(layout) };
 }
 
-/** Converts the docking library's layout; returns null if no panel is left. */
+/** Converts a model of the docking library to a layout; returns null if no panel is left. */
 export function layoutOf(model: WorkspaceModel<Region>): Region | null {
   return regionOf(model.root);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! An arm of two servos, exchanged in place: torque, goals, errors, recording.
+//! Tests of an arm of two servos that exchange in place: torque, goals, errors, recording.
 use super::peer::Peer;
 use crate::servos::bus::Count;
 use crate::servos::protocol::Protocol;
@@ -65,7 +65,7 @@ impl Arm {
     }
 }
 
-/// Returns options with latencies that are long enough for any machine; the tests never wait that long.
+/// Returns options with a latency limit that even the slowest machine meets; no test ever waits that long.
 fn options(peer: &Peer) -> Value {
     let servos = json!({ "a": { "id": 1 }, "b": { "id": 2, "direction": -1, "min": -1.0, "max": 1.0 } });
     json!({ "port": peer.path, "servos": servos, "in_place": true, "latency_ns": 60_000_000_000_u64, "retries": 0 })

@@ -84,7 +84,7 @@ fn a_header_among_what_is_sent_is_stuffed() {
     );
 }
 
-/// Checks that, out of 10^6 answers with a changed byte or a missing end, none is accepted as an answer of the same servo and length.
+/// Checks that, out of 10^6 answers with a changed byte or a truncated end, none is accepted as an answer of the same servo and length.
 #[test]
 fn no_corrupted_answer_is_taken() {
     let mut tried = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Servos at the other end of a pseudo terminal: a thread that stores their registers. With torque on, a goal is reached immediately.
+//! Servos at the other end of a pseudo terminal, emulated by a thread that stores their registers. With torque on, a goal is reached
+//! immediately.
 use super::codecs::answer;
 use crate::serial::tests::pty;
 use crate::servos::frame::BROADCAST;

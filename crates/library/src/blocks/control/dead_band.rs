@@ -4,10 +4,10 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// The band is negative.
 const NEGATIVE_BAND: u32 = 1;
 
-/// Dead band: y = 0 if |u - middle| <= width, else u - middle reduced by the width, towards 0.
+/// Dead band: y = 0 if |u - middle| <= width, otherwise u - middle moved towards 0 by width.
 ///
-/// The output does not jump at the edges. For joysticks, and for errors too small to act on. Range: width from 0. Faults: 1 the width is
-/// negative or NaN.
+/// The output does not jump at the edges. It is used for joysticks, and to ignore errors that are too small to act on. Range: width from
+/// 0. Faults: 1 the width is negative or NaN.
 #[derive(FunctionBlock)]
 pub struct DeadBand {
     /// input

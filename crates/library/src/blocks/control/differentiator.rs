@@ -7,8 +7,9 @@ const NEGATIVE_TIME: u32 = 1;
 
 /// Filtered differentiator: Y(s) = s / (1 + T s) U(s), by backward differences.
 ///
-/// T = 0 gives the plain difference, which amplifies noise the most. The output starts at 0. It never rings, unlike that of the bilinear
-/// transform. Source: Astrom and Hagglund, Advanced PID Control, 13.4. Range: T from 0. Faults: 1 the time constant is negative or NaN.
+/// T = 0 gives the plain difference, which amplifies noise the most. The output starts at 0. Unlike a differentiator that is discretised
+/// by the bilinear transform, it never rings. Source: Astrom and Hagglund, Advanced PID Control, 13.4. Range: T from 0. Faults: 1 the
+/// time constant is negative or NaN.
 #[derive(FunctionBlock)]
 pub struct Differentiator {
     /// input
@@ -23,7 +24,7 @@ pub struct Differentiator {
     /// time of the previous invocation
     #[state(opaque)]
     span: Span,
-    /// input of the previous invocation
+    /// input in the previous invocation
     #[state]
     before: f64,
 }

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// The upper level is below the lower.
+/// The upper level is below the lower level.
 const EMPTY_RANGE: u32 = 1;
 /// The input is not finite.
 const NOT_FINITE: u32 = 2;
 
 /// Hysteresis, a relay: active becomes true at u >= upper, false at u <= lower; y = high or low.
 ///
-/// Between the levels, the state is kept; the relay starts inactive. For two-point control, such as a thermostat. Range: upper not below
-/// lower; if they are equal, the relay is active for u at that level. Faults: 1 upper is below lower; 2 the input is not finite.
+/// Between the levels, the state is retained; the relay starts inactive. It is used for on-off control, as in a thermostat. Range: upper
+/// not below lower; if they are equal, the relay is active for u at that level. Faults: 1 upper is below lower; 2 the input is not
+/// finite.
 #[derive(FunctionBlock)]
 pub struct Hysteresis {
     /// input

@@ -36,7 +36,7 @@ pub struct Integrator {
     /// time of the previous invocation
     #[state(opaque)]
     span: Span,
-    /// input of the previous invocation
+    /// input in the previous invocation
     #[state]
     before: f64,
 }

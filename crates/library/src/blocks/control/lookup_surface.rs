@@ -12,9 +12,9 @@ const NOT_A_NUMBER: u32 = 3;
 
 /// Lookup surface: z = bilinear interpolation of z_ij between (x_i, y_j), the edge values held beyond the edges.
 ///
-/// A map of two inputs: a friction table, or gains scheduled by load and speed. The rows of `zs` have 8 numbers, of which only the first
-/// `columns` are used: `library.padded(Z)` pads them. Range: 2 to 16 rows, 2 to 8 columns, x and y ascending. Faults: 1 the points xs or
-/// ys are not in ascending order; 2 the number of columns is not 2 to 8; 3 an input is NaN.
+/// It maps two inputs to a value, as in a friction table, or for gains scheduled by load and speed. The rows of `zs` have 8 numbers, of
+/// which only the first `columns` are used: `library.padded(Z)` pads them. Range: 2 to 16 rows, 2 to 8 columns, x and y ascending.
+/// Faults: 1 the points xs or ys are not in ascending order; 2 the number of columns is not 2 to 8; 3 an input is NaN.
 #[derive(FunctionBlock)]
 pub struct LookupSurface {
     /// number of rows

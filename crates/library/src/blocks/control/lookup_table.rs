@@ -11,8 +11,8 @@ const BEYOND: u32 = 3;
 /// Lookup table: y = y_i + (y_(i+1) - y_i) (u - x_i) / (x_(i+1) - x_i) for u from x_i to x_(i+1), linear between points.
 ///
 /// Range: 2 to 32 points, x ascending; beyond the ends, the end value is held, the last segment is extrapolated, or a fault is raised.
-/// Faults: 1 the points x are not in ascending order; 2 ends has no such value: 0 held, 1 extrapolated, 2 a fault; 3 the input is beyond
-/// the ends, or NaN.
+/// Faults: 1 the points x are not in ascending order; 2 ends is not 0 (held), 1 (extrapolated) or 2 (a fault); 3 the input is beyond the
+/// ends, or NaN.
 #[derive(FunctionBlock)]
 pub struct LookupTable {
     /// number of points

@@ -19,8 +19,8 @@ const BAD_TIME: u32 = 3;
 /// `tracking_time`. If `manual` is true, the effort is `manual_effort` and the integral tracks it, so that the return to automatic is
 /// bumpless; a start with `manual` true in the first invocation is bumpless too. If the plant measures its rate, `joint_servo` is the
 /// better choice. Source: Astrom and Hagglund, Advanced PID Control, 3.3 to 3.6 and 13.4. Range: limit, weights and derivative_time from
-/// 0, tracking_time above 0. Faults: 1 the limit is below 0 or below the minimum effort; 2 there is no such anti-windup method: 0
-/// clamping, 1 back-calculation; 3 derivative_time is negative or tracking_time is not above 0.
+/// 0, tracking_time above 0. Faults: 1 the limit is below 0 or below the minimum effort; 2 the anti-windup method is not 0 (clamping) or
+/// 1 (back-calculation); 3 derivative_time is negative or tracking_time is not above 0.
 #[derive(FunctionBlock)]
 pub struct Pid {
     /// set-point
@@ -86,7 +86,7 @@ pub struct Pid {
     /// ki ∫e dt
     #[state]
     integral: f64,
-    /// measured value of the previous invocation
+    /// measured value in the previous invocation
     #[state]
     before: f64,
     /// filtered derivative

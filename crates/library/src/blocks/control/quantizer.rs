@@ -6,7 +6,7 @@ const BAD_STEP: u32 = 1;
 
 /// Quantizer: y = offset + step round((u - offset) / step), halves away from 0.
 ///
-/// Models a converter of this resolution. Range: step above 0. Faults: 1 the step is not above 0.
+/// Models a converter with this resolution. Range: step above 0. Faults: 1 the step is not above 0.
 #[derive(FunctionBlock)]
 pub struct Quantizer {
     /// input

@@ -7,7 +7,7 @@ const NEGATIVE_RATE: u32 = 1;
 
 /// Rate limiter: y' = u' if -falling <= u' <= rising; otherwise y follows u at the limiting rate until it has caught up.
 ///
-/// The output starts at the first input. For example, turns a step into a ramp. Range: both rates from 0, per second. Faults: 1 a rate is
+/// The output starts at the first input. A step, for example, becomes a ramp. Range: both rates from 0, per second. Faults: 1 a rate is
 /// negative or NaN.
 #[derive(FunctionBlock)]
 pub struct RateLimiter {

@@ -4,12 +4,12 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// A state or input is not finite.
 const NOT_FINITE: u32 = 1;
 
-/// State space: y_k = c x_k + d u_k, x_(k+1) = a x_k + b u_k + e w_k, discrete, of up to 8 states.
+/// State space: y_k = c x_k + d u_k, x_(k+1) = a x_k + b u_k + e w_k, a discrete model with up to 8 states.
 ///
 /// A plant model, a compensator or, with w as the measurement, an observer: a = A - L C, b = B, e = L. The rows of `a` have 8 numbers, of
 /// which only the first n are used: `library.padded(A)` pads them. x is the state before the input of this invocation takes effect.
 /// Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 4.3; discretise with `scipy.signal.cont2discrete`. Stability
-/// is not checked. Faults: 1 a state of the next invocation is not finite: an input is not finite, or the system is unstable.
+/// is not checked. Faults: 1 a state for the next invocation is not finite: an input is not finite, or the system is unstable.
 #[derive(FunctionBlock)]
 pub struct StateSpace {
     /// number of states
@@ -45,7 +45,7 @@ pub struct StateSpace {
     /// initial states
     #[param(default = [0.0; 8], sized, range = "[-inf, inf)")]
     initial: [f64; 8],
-    /// states of the next invocation
+    /// states for the next invocation
     #[state]
     next: [f64; 8],
     /// true after the first invocation

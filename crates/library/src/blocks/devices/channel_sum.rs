@@ -3,7 +3,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
 /// Channel sum: y = channel + u, the value of a device plus a term that the device does not include.
 ///
-/// For example, the effort that holds an arm, as reported by its plant or drive, plus the effort that holds its payload.
+/// An example is the effort that holds an arm, as reported by its plant or drive, plus the effort that holds its payload.
 #[derive(FunctionBlock)]
 pub struct ChannelSum {
     /// channel of the device

@@ -5,11 +5,11 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// The time constant is negative.
 const NEGATIVE_TIME: u32 = 1;
 
-/// First-order lag (PT1), a low-pass filter by its time constant: T y' + y = k u.
+/// First-order lag (PT1), a low-pass filter defined by its time constant: T y' + y = k u.
 ///
 /// Exact for an input that is constant between two invocations, whatever the interval; the output starts at k u. `lowpass` is the same
-/// filter, given by its smoothing factor. Source: Astrom and Wittenmark, Computer-Controlled Systems, 2.3 (zero-order hold). Range: T
-/// from 0, which makes it a gain. Faults: 1 the time constant is negative or NaN.
+/// filter, defined by its smoothing factor. Source: Astrom and Wittenmark, Computer-Controlled Systems, 2.3 (zero-order hold). Range: T
+/// at least 0; with T = 0, the block is a gain. Faults: 1 the time constant is negative or NaN.
 #[derive(FunctionBlock)]
 pub struct FirstOrderLag {
     /// input
@@ -27,7 +27,7 @@ pub struct FirstOrderLag {
     /// time of the previous invocation
     #[state(opaque)]
     span: Span,
-    /// input of the previous invocation
+    /// input in the previous invocation
     #[state]
     before: f64,
 }

@@ -5,7 +5,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// A variance is out of range.
 const BAD_VARIANCE: u32 = 1;
 
-/// One-dimensional Kalman filter of a drifting value: p += drift dt, k = p / (p + noise), y += k (u - y), p = (1 - k) p.
+/// One-dimensional Kalman filter for a drifting value: p += drift dt, k = p / (p + noise), y += k (u - y), p = (1 - k) p.
 ///
 /// The best linear estimate of a random walk measured with noise; starts at the first measurement. The gain converges to that of a
 /// low-pass filter; until then, the filter is faster. Source: Kalman, 1960; Brown and Hwang, Introduction to Random Signals and Applied

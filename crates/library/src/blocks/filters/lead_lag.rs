@@ -30,7 +30,7 @@ pub struct LeadLag {
     /// time of the previous invocation
     #[state(opaque)]
     span: Span,
-    /// input of the previous invocation
+    /// input in the previous invocation
     #[state]
     before: f64,
 }

@@ -9,7 +9,8 @@ const BAD_WINDOW: u32 = 1;
 /// The input is not finite.
 const NOT_FINITE: u32 = 2;
 
-/// Median filter: y = median of the last w values, or of all values so far if fewer; of an even number the mean of the middle two.
+/// Median filter: y = median of the last w values, or of all values so far if there are fewer; for an even number of values, the mean of
+/// the middle two.
 ///
 /// Removes single outliers without rounding the edges of a signal. Source: Tukey, Exploratory Data Analysis, 7. Range: window 1 to 31,
 /// usually odd; the delay is half the window. Faults: 1 the window is not 1 to 31 invocations; 2 the input is not finite.

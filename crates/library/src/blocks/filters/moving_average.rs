@@ -5,7 +5,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// The window is empty or too long.
 const BAD_WINDOW: u32 = 1;
 
-/// Moving average: y_k = (u_k + ... + u_(k-w+1)) / w over the last w invocations, or all so far if fewer.
+/// Moving average: y_k = (u_k + ... + u_(k-w+1)) / w over the last w invocations, or over all so far if there are fewer.
 ///
 /// The sum is recomputed each time, so rounding errors do not accumulate. A window equal to the period of a disturbance removes that
 /// disturbance. Range: window 1 to 256. Faults: 1 the window is not 1 to 256 invocations.

@@ -17,8 +17,8 @@ const TOO_HIGH: u32 = 3;
 /// Discretised by the bilinear transform for the interval of its invocations, and prewarped so that the frequency is exact; starts at
 /// rest at its first sample, so that there is no transient from 0. Quality 0.7071 gives a Butterworth filter; the width of a notch is
 /// frequency / quality. Source: Franklin, Powell and Workman, Digital Control of Dynamic Systems, 6.1. Range: frequency above 0 and below
-/// half the invocation rate, quality above 0. Faults: 1 there is no such kind of filter: 0 low-pass, 1 high-pass, 2 band-pass, 3 notch; 2
-/// frequency or quality is not above 0; 3 the frequency is not below half the invocation rate.
+/// half the invocation rate, quality above 0. Faults: 1 the kind of filter is not 0 (low-pass), 1 (high-pass), 2 (band-pass) or 3
+/// (notch); 2 frequency or quality is not above 0; 3 the frequency is not below half the invocation rate.
 #[derive(FunctionBlock)]
 pub struct SecondOrder {
     /// raw signal
@@ -54,7 +54,7 @@ pub struct SecondOrder {
 }
 
 impl SecondOrder {
-    /// Computes the coefficients for this span; if there were none before, starts the filter at rest.
+    /// Computes the coefficients for this span; if there were none yet, starts the filter at rest.
     fn design(&mut self, kind: Kind, span_s: f64) {
         let wanted = [span_s, self.frequency, self.quality, f64::from(self.kind)];
         if wanted == self.designed {

@@ -24,7 +24,7 @@ pub struct Washout {
     /// time of the previous invocation
     #[state(opaque)]
     span: Span,
-    /// input of the previous invocation
+    /// input in the previous invocation
     #[state]
     before: f64,
 }

@@ -18,11 +18,11 @@ line_planner! {
     /// begins at the current pose of the tool, passes `via` and ends at `goal`, or after `angle`, which may exceed a full circle. Three
     /// poses on a straight line give that line if `via` is between the others. The acceleration includes the centripetal acceleration, so
     /// a small circle is traversed more slowly. The orientation matches that of each of the three poses (0), turns evenly from the
-    /// start's to the goal's (1), or is kept relative to the path (2). The whole arc is followed by inverse kinematics before anything
-    /// moves, at 128 points for each half circle, as for a line. The motion is from rest to rest. If `waits` is true, the planner waits
-    /// for moving joints while their generator brakes them. Faults: 1 the arm is not a chain of n joints; 2 a joint position is not
-    /// finite, or the quaternion of a pose is not a unit quaternion; 3 a limit is not above 0, the angle is not within 0 and 4 π, or the
-    /// orientation is none of the three.
+    /// start's to the goal's (1), or is kept relative to the path (2). Before anything moves, inverse kinematics checks the whole arc, at
+    /// 128 points for each half circle, as for a line. The motion is from rest to rest. If `waits` is true, the planner waits while the
+    /// generator brakes any joints that are still moving. Faults: 1 the arm is not a chain of n joints; 2 a joint position is not finite,
+    /// or the quaternion of a pose is not a unit quaternion; 3 a limit is not above 0, the angle is not between 0 and 4 π, or the
+    /// orientation is not 0, 1 or 2.
     ArcPlanner {
         /// pose through which the tool passes on the arc: x y z in m, quaternion w x y z
         #[input(asynchronous, range = "[pose]")]
@@ -35,7 +35,8 @@ line_planner! {
         #[input(asynchronous, default = 0, range = "[0, 2]")]
         orientation: i32,
         /// the poses do not define an arc; the value is the reason: 1 via is at the start, 2 via is at the goal, 3 the goal is at the
-        /// start, 4 via is on a line with both and not between them, 5 all are on a line and an angle is set, 6 the angle ends before via
+        /// start, 4 the three are collinear and via is not between the other two, 5 the three are collinear and an angle is set, 6 the
+        /// angle ends before via
         #[condition]
         no_arc: ConditionOf<i32>,
     }

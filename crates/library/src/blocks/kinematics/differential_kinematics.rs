@@ -7,15 +7,15 @@ use crate::kinematics::{BAD_CHAIN, BAD_POSE};
 use crate::span::Span;
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
-/// Differential kinematics: setpoint += J⁻¹ (pose - forward(setpoint)), a small motion of the pose becomes a small motion of the
+/// Differential kinematics: setpoint += J⁻¹ (pose - forward(setpoint)), so that a small motion of the pose becomes a small motion of the
 /// joints.
 ///
-/// For a pose that is generated online: by a compliance law, a joystick, a camera. It begins at `start` (the current commanded positions)
-/// and continues from one invocation to the next, so the arm keeps its posture. No joint is commanded a step that exceeds its maximum
-/// speed or leaves its range: instead, all joints take the same fraction of their steps, `behind` is the distance of the tool from the
-/// pose, and `slowed` is reported; the tool catches up later. For a straight line that is known in advance, use `line_planner`, which
-/// looks ahead. Faults: 1 the arm is not a chain of n joints; 2 a position is not finite, or the quaternion of the pose is not a unit
-/// quaternion.
+/// The pose may be generated online, for example by a compliance law, a joystick or a camera. The motion begins at `start` (the current
+/// commanded positions) and continues from one invocation to the next, so the arm keeps its posture. No joint is commanded a step that
+/// exceeds its maximum speed or leaves its range: instead, all joints take the same fraction of their steps, `behind` is the distance of
+/// the tool from the pose, and `slowed` is reported; the tool catches up later. For a straight line that is known in advance, use
+/// `line_planner`, which looks ahead. Faults: 1 the arm is not a chain of n joints; 2 a position is not finite, or the quaternion of the
+/// pose is not a unit quaternion.
 #[derive(FunctionBlock)]
 pub struct DifferentialKinematics {
     /// number of joints
@@ -42,7 +42,7 @@ pub struct DifferentialKinematics {
     /// distance of the tool from the commanded pose, at the set-point
     #[output(unit = "m")]
     behind: f64,
-    /// angle of the tool from the commanded pose, at the set-point
+    /// angle between the tool and the commanded pose, at the set-point
     #[output(unit = "rad")]
     turned: f64,
     /// the arm
@@ -57,7 +57,7 @@ pub struct DifferentialKinematics {
     /// time of the previous invocation
     #[state(opaque)]
     span: Span,
-    /// joint positions of the previous invocation
+    /// joint positions in the previous invocation
     #[state]
     q: [f64; 16],
 }

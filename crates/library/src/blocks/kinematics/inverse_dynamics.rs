@@ -4,7 +4,7 @@ use crate::kinematics::dynamics::{JointMotion, Links, efforts};
 use crate::kinematics::{BAD_CHAIN, BAD_LINKS, BAD_POSE, JOINTS_MAX};
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// Inverse dynamics: effort = M(q) q'' + C(q, q') q' + g(q), the joint efforts of a motion, by the Newton-Euler equations.
+/// Inverse dynamics: effort = M(q) q'' + C(q, q') q' + g(q), the joint efforts required for a motion, by the Newton-Euler equations.
 ///
 /// `gravity_effort` is g(q) alone, which holds the arm still. If `velocity` and `acceleration` are not connected, both outputs are equal,
 /// so the block performs gravity compensation. Friction and damping are not modelled. `gpac.robots.load(...).dynamics.parameters`
@@ -26,7 +26,7 @@ pub struct InverseDynamics {
     /// joint accelerations, rad/s^2 or m/s^2
     #[input(default = [0.0; 16], sized, range = "[-inf, inf)")]
     acceleration: [f64; 16],
-    /// efforts of the motion, N.m or N
+    /// efforts required for the motion, N.m or N
     #[output(sized)]
     effort: [f64; 16],
     /// efforts that hold the arm still at q, N.m or N

@@ -40,19 +40,19 @@ pub struct InverseKinematics {
     /// distance of the tool from the goal
     #[output(unit = "m")]
     position_error: f64,
-    /// angle of the tool from the goal
+    /// angle between the tool and the goal
     #[output(unit = "rad")]
     angle_error: f64,
     /// the arm
     #[param(default = Chain::NOTHING)]
     chain: Chain,
-    /// maximum distance that counts as reached
+    /// maximum distance at which the goal counts as reached
     #[param(default = 1e-6, unit = "m", range = "(0, inf)")]
     tolerance: f64,
-    /// maximum angle that counts as reached
+    /// maximum angle at which the goal counts as reached
     #[param(default = 1e-6, unit = "rad", range = "(0, inf)")]
     angle_tolerance: f64,
-    /// true: the orientation of the goal counts
+    /// true: the tool must also reach the orientation of the goal
     #[param(default = true)]
     orientation: bool,
     /// number of starting positions to try, `near` first

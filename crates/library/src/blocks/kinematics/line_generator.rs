@@ -12,12 +12,13 @@ use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step}
 /// Line generator: setpoint = q with forward(q) = pose(s(τ)) of a planned line or arc, τ being running time scaled by the override.
 ///
 /// The joint positions are tracked from those of the previous invocation, so the arm keeps its posture. No joint is commanded a step that
-/// exceeds its maximum speed: the pace is reduced first, and if that does not help, `singular` is reported and the set-point stays.
-/// Joints that move at the start are braked first, each on its own, and the planner plans from the positions where they come to rest.
-/// `override` scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster than the line's
-/// acceleration allows. The last set-point is exactly the planned end. Time lost because releases were skipped is not made up for; if a
-/// single loss exceeds `gap_max`, the motion comes to rest and `gap` is reported. Faults: 1 the arm is not a chain of n joints, or the
-/// line is for another number of joints; 2 the start of the line is invalid; 3 an override is not within 0 and 1; 4 there is no line.
+/// exceeds its maximum speed: the pace is reduced first, and if that does not help, `singular` is reported and the set-point no longer
+/// changes. Joints that move at the start are braked first, each on its own, and the planner plans from the positions where they come to
+/// rest. `override` scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster than the
+/// line's acceleration allows. The last set-point is exactly the planned end. Time lost because releases were skipped is not made up for;
+/// if the time lost in a single gap exceeds `gap_max`, the motion comes to rest and `gap` is reported. Faults: 1 the arm is not a chain
+/// of n joints, or the line was planned for a different number of joints; 2 the start of the line is invalid; 3 an override is not
+/// between 0 and 1; 4 there is no line.
 #[derive(FunctionBlock)]
 pub struct LineGenerator {
     /// number of joints
@@ -53,7 +54,7 @@ pub struct LineGenerator {
     /// true: come to rest and wait
     #[input(asynchronous, default = false)]
     holding: bool,
-    /// maximum single loss of time; if it is exceeded, the motion comes to rest
+    /// maximum time lost in a single gap; if it is exceeded, the motion comes to rest
     #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
     gap_max: [f64; 16],
     /// maximum speed of each joint
@@ -77,7 +78,7 @@ pub struct LineGenerator {
     /// time at which the set-points are stored, ns of the system clock
     #[output(sized)]
     setpoint_time: [i64; 16],
-    /// longest single loss of time so far
+    /// longest time lost in a single gap so far
     #[output(unit = "s")]
     lost: f64,
     /// commanded pose of the tool: x y z in m, quaternion w x y z
@@ -101,10 +102,10 @@ pub struct LineGenerator {
     /// the motion is at rest because of `holding`
     #[condition]
     held: Condition,
-    /// the arm cannot follow the line from here on; the value is the completed fraction, 0 to 1
+    /// the arm cannot follow the line beyond this point; the value is the completed fraction, 0 to 1
     #[condition]
     singular: ConditionOf<f64>,
-    /// the motion is at rest because a single loss of time exceeded `gap_max`; the value is the time lost, s
+    /// the motion is at rest because the time lost in a single gap exceeded `gap_max`; the value is the time lost, s
     #[condition]
     gap: ConditionOf<f64>,
     /// progress of the motion
@@ -156,7 +157,7 @@ struct DrawnLine<'a> {
 }
 
 impl DrawnLine<'_> {
-    /// Returns `None` if the quaternion of the line's start is not a unit quaternion.
+    /// Parses the start pose of a line. Returns `None` if its quaternion is not a unit quaternion.
     fn of(line: &Line) -> Option<DrawnLine<'_>> {
         Some(DrawnLine { line, start: Pose::of(&line.course.start)? })
     }
@@ -262,7 +263,7 @@ pub(crate) mod tests {
         panic!("it does not end");
     }
 
-    /// Runs a line like `run`, with random overrides and holds.
+    /// Like `run`, but with random overrides and holds.
     pub(crate) fn disturbed(line: Line, number: &mut impl FnMut(f64, f64) -> f64) -> Vec<Pose> {
         run(line, |k, block| {
             if k % 9 == 0 {

@@ -14,12 +14,12 @@ line_planner! {
     /// Line planner: a straight line of the tool, pose(s) = (start + s (goal - start), start turned by s of the angle), s jerk-limited
     /// from 0 to 1.
     ///
-    /// Execute it once; a `line_generator` bound to its line executes the motion. The whole line is followed by inverse kinematics before
-    /// anything moves, at 128 points: if it leaves a joint's range or the reach of the arm, or comes too close to a singularity, there is
-    /// no line, only a condition. The speed is the requested one, or the maximum that the joints can follow at the most demanding point.
-    /// Planning takes about a millisecond, and allocates nothing. The motion is from rest to rest. If `waits` is true, the planner waits
-    /// for moving joints while their generator brakes them. Faults: 1 the arm is not a chain of n joints; 2 a joint position is not
-    /// finite, or the quaternion of the goal is not a unit quaternion; 3 a limit is not above 0.
+    /// Execute it once; a `line_generator` bound to its line executes the motion. Before anything moves, inverse kinematics checks the
+    /// whole line, at 128 points: if it leaves a joint's range or the reach of the arm, or comes too close to a singularity, no line is
+    /// output, and a condition is reported. The speed is the requested one, or the maximum that the joints can follow at the most
+    /// demanding point. Planning takes about a millisecond, and allocates nothing. The motion is from rest to rest. If `waits` is true,
+    /// the planner waits while the generator brakes any joints that are still moving. Faults: 1 the arm is not a chain of n joints; 2 a
+    /// joint position is not finite, or the quaternion of the goal is not a unit quaternion; 3 a limit is not above 0.
     LinePlanner {
         /// maximum jerk of the orientation
         #[param(default = 50.0, range = "(0, 1000000]")]

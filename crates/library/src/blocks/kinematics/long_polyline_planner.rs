@@ -11,15 +11,15 @@ use crate::profile::Limits;
 use opengpac::{ConditionOf, FunctionBlock, InPlace, InPlaceMut, Invocation, Outcome, Step};
 use std::f64::consts::PI;
 
-/// Work done in one invocation: it checks no more points than a `polyline_planner` does.
+/// Work done in one invocation: no more points than a `polyline_planner` checks in total.
 const AT_ONCE: Budget = Budget { steps: 2048, samples: 512 };
 
 polyline_planner! {
-    /// Polyline planner for up to 4,096 poses: position = pₖ + u (…), as `polyline_planner`.
+    /// Polyline planner for up to 4,096 poses: position = pₖ + u (…), like `polyline_planner`.
     ///
     /// Activate it together with a `long_polyline_generator` bound to its path: the planner plans some poses in each invocation, and the
-    /// generator holds the joints until the path is ready. The path is followed by inverse kinematics at 512 points, or at two for each
-    /// pose if that is more, 512 of them per invocation. This takes some milliseconds, so use a slow source. A blend takes up to a
+    /// generator holds the joints until the path is ready. Inverse kinematics checks the path at 512 points, or at two points per pose if
+    /// that is more; each invocation checks 512 of them. This takes some milliseconds, so use a slow source. A blend takes up to a
     /// quarter of a line, instead of half as in `polyline_planner`. Otherwise it behaves like `polyline_planner`. The tables of poses,
     /// blends and speeds are read in place, so they have no defaults and must not change until the path is ready. Faults: 1 the arm is
     /// not a chain of n joints; 2 a joint position is not finite, or the quaternion of a pose is not a unit quaternion; 3 a limit is not

@@ -13,12 +13,13 @@ polyline_generator! {
     /// override.
     ///
     /// The joint positions are tracked from those of the previous invocation, so the arm keeps its posture. No joint is commanded a step
-    /// that exceeds its maximum speed: the pace is reduced first, and if that does not help, `singular` is reported and the set-point
-    /// stays. Joints that move at the start are braked first, each on its own, and the planner plans from the positions where they come
-    /// to rest. `override` scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no faster
-    /// than the path's accelerations allow. The last set-point is exactly the planned end. Time lost because releases were skipped is not
-    /// made up for; if a single loss exceeds `gap_max`, the motion comes to rest and `gap` is reported. Faults: 1 the arm is not a chain
-    /// of n joints, or the path is for another number of joints; 3 an override is not within 0 and 1; 4 there is no path.
+    /// that exceeds its maximum speed: the pace is reduced first, and if that does not help, `singular` is reported and the set-point no
+    /// longer changes. Joints that move at the start are braked first, each on its own, and the planner plans from the positions where
+    /// they come to rest. `override` scales the speed (0 holds), `holding` ramps down to rest and reports `held`; both change the pace no
+    /// faster than the path's accelerations allow. The last set-point is exactly the planned end. Time lost because releases were skipped
+    /// is not made up for; if the time lost in a single gap exceeds `gap_max`, the motion comes to rest and `gap` is reported. Faults: 1
+    /// the arm is not a chain of n joints, or the path was planned for a different number of joints; 3 an override is not between 0 and
+    /// 1; 4 there is no path.
     PolylineGenerator,
     #[input(asynchronous)]
     path: Polyline

@@ -9,7 +9,7 @@ use crate::span::Span;
 use crate::takeover::{Brake, Tail};
 use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step};
 
-/// Jerk of the tool for unit acceleration: the acceleration is reached in a tenth of a second.
+/// Jerk of the tool for unit acceleration, chosen so that the acceleration is reached in a tenth of a second.
 const JERK: f64 = 10.0;
 /// Angular acceleration of the tool, rad/s², for a linear acceleration of 1 m/s².
 const ANGULAR: f64 = 5.0;
@@ -21,11 +21,11 @@ const SINGULAR: i32 = -1;
 /// The tool moves at `velocity` and `angular_velocity` from the current commanded positions, within `acceleration`, and comes to rest
 /// after `distance`, when both velocities are 0, when it is held, or when it cannot continue. A change of direction takes effect at rest.
 /// Each set-point is accepted only if a stop from there keeps every joint within its range, speed, acceleration and jerk. The tool
-/// therefore slows down by itself near singularities and the ends of ranges, and comes to rest on its line: `blocked`. Joints that move
-/// at the start are braked first. Lost time is not made up for; if a single loss exceeds `gap_max`, the tool comes to rest and `gap` is
-/// reported. A speed from which stopping takes more than 31 intervals is reduced. Each invocation computes up to 32 solutions of the
-/// inverse kinematics, about 10 µs each. Faults: 1 the arm is not a chain of n joints; 2 a start or velocity is not finite; 3 a limit is
-/// not above 0, or an override not within 0 and 1.
+/// therefore slows down by itself near singularities and the ends of ranges, comes to rest on its line, and reports `blocked`. Joints
+/// that move at the start are braked first. Lost time is not made up for; if the time lost in a single gap exceeds `gap_max`, the tool
+/// comes to rest and `gap` is reported. A speed from which stopping takes more than 31 intervals is reduced. Each invocation computes up
+/// to 32 solutions of the inverse kinematics, about 10 µs each. Faults: 1 the arm is not a chain of n joints; 2 a start or velocity is
+/// not finite; 3 a limit is not above 0, or an override is not between 0 and 1.
 #[derive(FunctionBlock)]
 pub struct ToolVelocityGenerator {
     /// number of joints
@@ -58,7 +58,7 @@ pub struct ToolVelocityGenerator {
     /// true: the axes are those of the tool at the start; false: those of the arm's base
     #[input(asynchronous, default = false)]
     in_tool: bool,
-    /// distance to move, m, or rad if the tool only rotates; 0: no end
+    /// distance to move, m, or rad if the tool only rotates; 0: unlimited
     #[input(asynchronous, default = 0.0, range = "[0, inf)")]
     distance: f64,
     /// maximum acceleration of the tool, m/s²; its maximum angular acceleration is five times this number, in rad/s²
@@ -73,7 +73,7 @@ pub struct ToolVelocityGenerator {
     /// true: bring the motion to rest and keep it there
     #[input(asynchronous, default = false)]
     holding: bool,
-    /// maximum single loss of time; if it is exceeded, the tool comes to rest
+    /// maximum time lost in a single gap; if it is exceeded, the tool comes to rest
     #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
     gap_max: [f64; 16],
     /// maximum speed of each joint
@@ -119,7 +119,7 @@ pub struct ToolVelocityGenerator {
     /// or at the limit of the reach
     #[condition]
     blocked: ConditionOf<i32>,
-    /// the joints are at rest because a single loss of time exceeded `gap_max`; the value is the time lost, s
+    /// the joints are at rest because the time lost in a single gap exceeded `gap_max`; the value is the time lost, s
     #[condition]
     gap: ConditionOf<f64>,
     /// progress of the motion

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
-/// Counter: value += 1 at a rising edge of up, -= 1 at one of down; full = value >= preset, empty = value <= 0.
+/// Counter: value += 1 at a rising edge of up, -= 1 at a rising edge of down; full = value >= preset, empty = value <= 0.
 ///
 /// Counts up (CTU), down (CTD) or both (CTUD); leave unused inputs unbound. reset sets the value to 0 and takes precedence over load,
 /// which sets it to the preset; simultaneous edges cancel. Source: IEC 61131-3, CTU, CTD, CTUD. Range: the value saturates at the limits
-/// of 32 bits.
+/// of a 32-bit integer.
 #[derive(FunctionBlock)]
 pub struct Counter {
     /// counts up at a rising edge (CU)
@@ -35,10 +35,10 @@ pub struct Counter {
     /// the value has reached the preset
     #[condition]
     reached: Condition,
-    /// `up` of the previous invocation
+    /// `up` in the previous invocation
     #[state]
     up_before: bool,
-    /// `down` of the previous invocation
+    /// `down` in the previous invocation
     #[state]
     down_before: bool,
 }

@@ -16,7 +16,7 @@ pub struct FallingEdge {
     /// an edge has occurred
     #[condition]
     edge: Condition,
-    /// input of the previous invocation
+    /// input in the previous invocation
     #[state]
     before: bool,
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// Flag: y = value, for a command list that sets a `bool` by executing it, for example the input `holding` of a generator.
+/// Flag: y = value, so that a command list can set a `bool` by executing the block, for example the input `holding` of a generator.
 ///
 /// The output is false after each start, until the block is first executed.
 #[derive(FunctionBlock)]

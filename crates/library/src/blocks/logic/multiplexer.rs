@@ -4,7 +4,7 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// The index is out of range.
 const NO_SUCH_INPUT: u32 = 1;
 
-/// Multiplexer: y = u_index, the first input having the index 0.
+/// Multiplexer: y = u_index, where the first input has index 0.
 ///
 /// Source: IEC 61131-3, MUX. Range: index 0 to n - 1. Faults: 1 the index is out of range.
 #[derive(FunctionBlock)]

@@ -45,7 +45,7 @@ pub struct ActionChunk {
     /// time in which the difference from a new chunk is reduced to 0
     #[param(default = 0.1, unit = "s", range = "[0, inf)")]
     blend: f64,
-    /// the chunk ended longer ago than the preset; the value is the time since its end, in s
+    /// more time than the preset has passed since the end of the chunk; the value is that time, in s
     #[condition(preset = 0.1, unit = "s", range = "[0, inf)")]
     stale: ConditionOf<f64>,
     /// chunk being played

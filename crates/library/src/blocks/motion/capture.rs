@@ -24,7 +24,7 @@ pub struct Capture {
     /// the level has become false
     #[condition]
     off: Condition,
-    /// level of the previous invocation: 0 or 1; 2: none yet
+    /// level in the previous invocation: 0 or 1; 2: none yet
     #[state(initial = 2)]
     before: u8,
 }

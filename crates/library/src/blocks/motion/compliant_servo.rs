@@ -4,11 +4,11 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// A gain or the maximum force is negative or NaN.
 const BAD_PARAMETER: u32 = 1;
 
-/// Compliant servo: effort = k (setpoint - position) - d velocity + bias, the spring term within ± force_max; fault 1: k, d or force_max
-/// below 0.
+/// Compliant servo: effort = k (setpoint - position) - d velocity + bias, the spring term within ± force_max; fault 1 if k, d or
+/// force_max is below 0.
 ///
-/// For a compliant finger or joint: an object in contact feels a spring of stiffness k, and never more than `force_max`, however far away
-/// the set-point is. `force_max` is an input, so that a verb can close gently and then grip. The concept is from Hogan, Impedance
+/// For a compliant finger or joint: an object in contact feels a spring of stiffness k, and never a force above `force_max`, however far
+/// away the set-point is. `force_max` is an input, so that a verb can close gently and then grip. The concept is from Hogan, Impedance
 /// Control, 1985.
 #[derive(FunctionBlock)]
 pub struct CompliantServo {

@@ -22,9 +22,10 @@ const REACTION: f64 = 2.0;
 /// of the master, so the relation of their positions is kept. If the slave would have to change its speed by more than `acceleration`
 /// allows, it falls out of gear, and engages again by the same rule (a gear couples speeds, not positions). During engagement, the
 /// slave's acceleration changes at the rate `jerk`; in gear, its acceleration follows the master's. If time was lost because releases
-/// were skipped, the slave keeps its speed for one cycle; if a single loss exceeds `gap_max`, it comes to rest and `gap` is reported.
-/// `too_fast` is reported if the slave moves at `speed` and would have to be faster; `at_limit` if the distance to the end of its range
-/// is just enough to stop, within `deceleration` and `jerk`. Faults: 1 a number is not finite; 2 a limit is not above 0.
+/// were skipped, the slave keeps its speed for one cycle; if the time lost in a single gap exceeds `gap_max`, it comes to rest and `gap`
+/// is reported. `too_fast` is reported if the slave moves at `speed` and would have to be faster; `at_limit` is reported if the distance
+/// to the end of its range is just enough to stop, within `deceleration` and `jerk`. Faults: 1 a number is not finite; 2 a limit is not
+/// above 0.
 #[derive(FunctionBlock)]
 pub struct GearGenerator {
     /// position of the master
@@ -69,7 +70,7 @@ pub struct GearGenerator {
     /// maximum position of the slave
     #[input(asynchronous, default = [1e6; 1], unit = "rad|m", range = "[-inf, inf)")]
     position_max: [f64; 1],
-    /// maximum single loss of time; if it is exceeded, the slave comes to rest
+    /// maximum time lost in a single gap; if it is exceeded, the slave comes to rest
     #[input(asynchronous, default = [0.5; 1], unit = "s", range = "(0, inf)")]
     gap_max: [f64; 1],
     /// commanded position of the slave
@@ -87,7 +88,7 @@ pub struct GearGenerator {
     /// time at which the set-point is stored, ns of the system clock
     #[output]
     setpoint_time: i64,
-    /// longest single loss of time so far
+    /// longest time lost in a single gap so far
     #[output(unit = "s")]
     lost: f64,
     /// true if the slave follows the ratio
@@ -99,13 +100,13 @@ pub struct GearGenerator {
     /// the slave follows the ratio
     #[condition]
     in_gear: Condition,
-    /// the slave moves towards the end of its range, and the distance to it is just enough to stop
+    /// the slave moves towards the end of its range, and the remaining distance is just enough to stop
     #[condition]
     at_limit: Condition,
-    /// the slave moves at its maximum speed, and would have to be faster
+    /// the slave moves at its maximum speed, but would have to move faster
     #[condition]
     too_fast: Condition,
-    /// the slave is at rest because a single loss of time exceeded `gap_max`; the value is the time lost, s
+    /// the slave is at rest because the time lost in a single gap exceeded `gap_max`; the value is the time lost, s
     #[condition]
     gap: ConditionOf<f64>,
     /// position of the master in the previous invocation
@@ -169,7 +170,7 @@ impl Step for GearGenerator {
 }
 
 impl GearGenerator {
-    /// Advances by one cycle. With `unknown`, the speed of the master is not known, so the slave keeps its own speed.
+    /// Advances by one cycle. If the speed of the master is `unknown`, the slave keeps its own speed.
     fn follow(&mut self, span_s: f64, unknown: bool) {
         let wanted = if unknown { self.state.velocity } else { self.ratio * (self.master - self.before) / span_s };
         self.before = self.master;
@@ -206,7 +207,7 @@ impl GearGenerator {
         }
     }
 
-    /// Returns true if the slave can move at `wanted` from this cycle on: within its acceleration and, if it is not in gear, within its
+    /// Returns true if the slave can move at `wanted` from this cycle on, within its acceleration and, if it is not in gear, within its
     /// jerk.
     fn can_follow(&self, wanted: f64, span_s: f64) -> bool {
         let change = (wanted - self.steps.mean) / span_s;

@@ -4,11 +4,11 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 /// Number of beat values per client, after which they repeat.
 const BEATS: i64 = 1 << 20;
 
-/// Heartbeat: lost = (time since `beat` changed) > limit, reported as `late` from the first invocation at which it is.
+/// Heartbeat: lost = (time since `beat` changed) > limit, reported as `late` from the first invocation in which it is true.
 ///
 /// The client that holds the button periodically writes a new number to `beat`. If several clients write to the same `beat`, each has its
-/// own number, `client`, and writes numbers from client · 2^20 to client · 2^20 + 2^20 − 1, so that the numbers of others do not count.
-/// The heartbeat counts as alive at the start, and again after the next change. Time is that of the clock, which also elapses while the
+/// own number, `client`, and writes numbers from client · 2^20 to client · 2^20 + 2^20 − 1, so that numbers from other clients are
+/// ignored. The heartbeat counts as alive at the start, and again after the next change. Time is clock time, which also elapses while the
 /// verb is suspended.
 #[derive(FunctionBlock)]
 pub struct Heartbeat {
@@ -24,7 +24,7 @@ pub struct Heartbeat {
     /// maximum age
     #[param(default = 0.25, unit = "s", range = "(0, inf)")]
     limit: f64,
-    /// number of the client that holds the button; 0: every change counts
+    /// number of the client that holds the button; 0: a change from any client counts
     #[param(default = 0, range = "[0, 2147483647]")]
     client: i64,
     /// the last change is too old

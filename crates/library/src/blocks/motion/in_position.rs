@@ -4,7 +4,7 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 /// In position: reports `done` when error = max |goal_i - sensed_i| <= tolerance in `dwell` consecutive invocations, and `complete` is
 /// true.
 ///
-/// Bind `complete` to the output of that name of the set-point generator: `done` is then never reported before the generator has stored
+/// Bind `complete` to the set-point generator's output of the same name: `done` is then never reported before the generator has stored
 /// its last set-point. If it is left unbound, only the dwell prevents a slow final phase of a motion from being taken for its end.
 #[derive(FunctionBlock)]
 pub struct InPosition {
@@ -23,7 +23,7 @@ pub struct InPosition {
     /// maximum distance of a joint from its goal
     #[output(unit = "rad|m")]
     error: f64,
-    /// maximum distance that counts as in position
+    /// maximum distance at which a joint counts as in position
     #[param(default = 0.002, unit = "rad|m", range = "(0, 1000]")]
     tolerance: f64,
     /// number of consecutive invocations in which all joints must be in position

@@ -7,8 +7,8 @@ const BAD_LIMIT: u32 = 1;
 /// Maximum number of invocations over which a set-point is approached.
 const INTERPOLATION_MAX: f64 = 1e6;
 
-/// Reference of a joint whose drive closes the loop: goal = q_r - offset, q_r the set-point, smoothed; fault 1: a limit below 0, an empty
-/// range.
+/// Reference of a joint whose drive closes the loop: goal = q_r - offset, q_r the set-point, smoothed; fault 1 if a limit is below 0 or
+/// the range is empty.
 ///
 /// q_r is that of `joint_servo`: a new set-point is approached within `period`, the time between two set-points, so that a generator at
 /// 20 ms leads a drive at 2 ms without steps in position or speed, with a delay of one and a half periods. q_r stays within the range of
@@ -61,10 +61,10 @@ pub struct JointReference {
     /// system clock); all 0 while set-points lead
     #[output]
     braking: [f64; 4],
-    /// time lost in a single loss because releases were skipped, shown for that length of time; 0 if none was lost
+    /// time lost in a single gap because releases were skipped, shown for that length of time; 0 if no time was lost
     #[output(unit = "s")]
     lost: f64,
-    /// maximum |q_r - q| in force: the preset of `following_error`
+    /// current maximum of |q_r - q|: the preset of `following_error`
     #[output(unit = "rad|m")]
     error_max: f64,
     /// time between two set-points
@@ -91,8 +91,8 @@ pub struct JointReference {
     /// |q_r - q| exceeds the preset; the value is q_r - q; off if the preset is 0
     #[condition(preset = 0.0, unit = "rad|m", range = "[0, inf)")]
     following_error: ConditionOf<f64>,
-    /// a single loss of time exceeded the preset, s, and the joint has come to rest from its position at that time; the value is the time
-    /// lost, s; off if the preset is 0
+    /// the time lost in a single gap exceeded the preset, s, and the joint has come to rest from its position at that time; the value is
+    /// the time lost, s; off if the preset is 0
     #[condition(preset = 0.0, unit = "s", range = "[0, inf)")]
     gap: ConditionOf<f64>,
     /// state of the reference

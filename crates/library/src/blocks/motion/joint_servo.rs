@@ -19,8 +19,8 @@ pub struct Memory {
     integral: f64,
 }
 
-/// Joint servo: effort = kp (q_r - q) + ki ∫(q_r - q) dt + kd (q_r' - q') + bias within ± limit; fault 1: a limit below 0, an empty
-/// range.
+/// Joint servo: effort = kp (q_r - q) + ki ∫(q_r - q) dt + kd (q_r' - q') + bias within ± limit; fault 1 if a limit is below 0 or the
+/// range is empty.
 ///
 /// q_r is the set-point, smoothed over `interpolation` invocations: the number of servo invocations between two set-points, so that a
 /// generator at 20 ms drives a servo at 1 ms without steps in position or speed, with a delay of one and a half generator periods. q_r
@@ -75,10 +75,10 @@ pub struct JointServo {
     /// system clock); all 0 while set-points lead
     #[output]
     braking: [f64; 4],
-    /// time lost in a single loss because releases were skipped, shown for that length of time; 0 if none was lost
+    /// time lost in a single gap because releases were skipped, shown for that length of time; 0 if no time was lost
     #[output(unit = "s")]
     lost: f64,
-    /// maximum |q_r - q| in force: the preset of `following_error`
+    /// current maximum of |q_r - q|: the preset of `following_error`
     #[output(unit = "rad|m")]
     error_max: f64,
     /// proportional gain
@@ -125,8 +125,8 @@ pub struct JointServo {
     /// value is the frequency in Hz, the preset the minimum frequency that counts; off if the preset is 0
     #[condition(preset = 0.0, unit = "Hz", range = "[0, inf)")]
     unstable: ConditionOf<f64>,
-    /// a single loss of time exceeded the preset, s, and the joint has come to rest from its position at that time; the value is the time
-    /// lost, s; off if the preset is 0
+    /// the time lost in a single gap exceeded the preset, s, and the joint has come to rest from its position at that time; the value is
+    /// the time lost, s; off if the preset is 0
     #[condition(preset = 0.0, unit = "s", range = "[0, inf)")]
     gap: ConditionOf<f64>,
     /// state of the reference, the swings, and the integral

@@ -9,7 +9,7 @@ use std::f64::consts::PI;
 const AT_ONCE: usize = 2048;
 
 path_planner! {
-    /// Path planner for up to 4,096 way-points: q(τ) = qₖ + u (…), as `path_planner`.
+    /// Path planner for up to 4,096 way-points: q(τ) = qₖ + u (…), like `path_planner`.
     ///
     /// Activate it together with a `long_path_generator` bound to its path: the planner plans some way-points in each invocation, so that
     /// no invocation takes long, and the generator holds the joints until the path is ready; a path of 4,096 way-points is ready at the

@@ -7,22 +7,23 @@ use opengpac::{Condition, ConditionOf, FunctionBlock, Invocation, Outcome, Step}
 
 /// A start or goal is not a finite number.
 const NOT_FINITE: u32 = 1;
-/// A speed, acceleration or jerk is not above 0, or an override is not within 0 and 1.
+/// A speed, acceleration or jerk is not above 0, or an override is not between 0 and 1.
 const BAD_LIMIT: u32 = 2;
 /// A goal is outside its joint's range.
 const OUT_OF_RANGE: u32 = 3;
 
-/// Motion generator: setpoint = q(t), from a start that may be moving to rest at q = goal, within speed, acceleration and jerk of each
-/// joint.
+/// Motion generator: setpoint = q(t), from a start at rest or in motion to rest at q = goal, within the speed, acceleration and jerk of
+/// each joint.
 ///
 /// It plans at the start, and again from the current state whenever goal, speed, override or holding change, so all of them may change at
 /// any time without a jump. From rest, the joints move along a straight line in joint space; from a moving start, each joint moves on its
 /// own, and they arrive together if they can. Time is running time, which stops while the verb is suspended. If `holding` is true or an
 /// override is 0, the joints come to rest and stay there; `held` is reported as long as they do. Time lost because releases were skipped
-/// is not made up for: each invocation advances by at most one cycle. If a single loss exceeds `gap_max`, the joints come to rest from
-/// their current state, and `gap` is reported when they have. `complete` and `finished` are reported in the invocation that stores the
-/// goal, never before. If motion from rest to rest at a fixed speed is sufficient, `trajectory_planner` plans it in advance. Faults: 1 a
-/// start or goal is not finite; 2 a limit is not above 0 or an override not within 0 and 1; 3 a goal is outside its range.
+/// is not made up for: each invocation advances by at most one cycle. If the time lost in a single gap exceeds `gap_max`, the joints come
+/// to rest from their current state, and `gap` is reported when they have. `complete` and `finished` are reported in the invocation that
+/// stores the goal, never before. If motion from rest to rest at a fixed speed is sufficient, `trajectory_planner` plans it in advance.
+/// Faults: 1 a start or goal is not finite; 2 a limit is not above 0, or an override is not between 0 and 1; 3 a goal is outside its
+/// range.
 #[derive(FunctionBlock)]
 pub struct MotionGenerator {
     /// number of joints
@@ -73,7 +74,7 @@ pub struct MotionGenerator {
     /// override of the whole cell; the two are multiplied
     #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     cell_override: [f64; 16],
-    /// maximum single loss of time; if it is exceeded, the joints come to rest
+    /// maximum time lost in a single gap; if it is exceeded, the joints come to rest
     #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
     gap_max: [f64; 16],
     /// true: bring the motion to rest and keep it there
@@ -91,13 +92,13 @@ pub struct MotionGenerator {
     /// time at which the set-points are stored, ns of the system clock
     #[output(sized)]
     setpoint_time: [i64; 16],
-    /// longest single loss of time so far
+    /// longest time lost in a single gap so far
     #[output(unit = "s")]
     lost: f64,
     /// absolute target: the goal, or the position at the start of the motion plus the goal
     #[output(sized, unit = "rad|m")]
     target: [f64; 16],
-    /// true if the goal has been stored as set-point
+    /// true if the goal has been stored as the set-point
     #[output]
     complete: bool,
     /// duration of the motion as first planned
@@ -109,13 +110,13 @@ pub struct MotionGenerator {
     /// true: the goal is relative to the position at the start of the motion
     #[param(default = false)]
     relative: bool,
-    /// the goal has been stored as set-point
+    /// the goal has been stored as the set-point
     #[condition]
     finished: Condition,
     /// the joints are at rest because they are held
     #[condition]
     held: Condition,
-    /// the joints are at rest because a single loss of time exceeded `gap_max`; the value is the time lost, s
+    /// the joints are at rest because the time lost in a single gap exceeded `gap_max`; the value is the time lost, s
     #[condition]
     gap: ConditionOf<f64>,
     /// state of the motion of the joints
@@ -180,7 +181,7 @@ impl Step for MotionGenerator {
 }
 
 impl MotionGenerator {
-    /// Returns the currently requested goals and limits; the error is the code of a fault.
+    /// Returns the currently requested goals and limits; the error is a fault code.
     fn wanted(&mut self, n: usize, rate: f64) -> Result<JointGoals, u32> {
         let mut wanted = JointGoals::default();
         for i in 0..n {

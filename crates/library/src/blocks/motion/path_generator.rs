@@ -12,9 +12,9 @@ path_generator! {
     /// Joints that move at the start are braked first, each on its own, and the planner plans from the positions where they come to rest.
     /// `override` scales the speed (0 holds), `holding` ramps down to rest on the path and reports `held`; both change the pace no faster
     /// than the acceleration limit of each joint allows. The output `complete` and the condition `finished` are reported with the last
-    /// set-point, which is exactly the last way-point. Time lost because releases were skipped is not made up for; if a single loss
-    /// exceeds `gap_max`, the motion comes to rest on the path and `gap` is reported. Faults: 1 there is no path; 2 it was planned for
-    /// another number of joints; 3 an override is not within 0 and 1.
+    /// set-point, which is exactly the last way-point. Time lost because releases were skipped is not made up for; if the time lost in a
+    /// single gap exceeds `gap_max`, the motion comes to rest on the path and `gap` is reported. Faults: 1 there is no path; 2 it was
+    /// planned for a different number of joints; 3 an override is not between 0 and 1.
     PathGenerator,
     #[input(asynchronous)]
     path: Path

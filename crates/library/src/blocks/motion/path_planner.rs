@@ -13,8 +13,8 @@ path_planner! {
     /// may pass it (`blend`, 0: the arm stops there) and a maximum speed of the fastest joint on the line to it. Every joint stays within
     /// its speed and acceleration limits everywhere; the last way-point is reached exactly. Consecutive equal way-points count once, so a
     /// list can be padded by repeating its last way-point. Source: Craig, *Introduction to Robotics*, section 7.4. The motion is from
-    /// rest to rest; the planner allocates nothing. If `waits` is true, the planner waits for moving joints while their generator brakes
-    /// them. Faults: 1 a number is not finite or a blend is below 0; 2 a limit is not above 0.
+    /// rest to rest; the planner allocates nothing. If `waits` is true, the planner waits while the generator brakes any joints that are
+    /// still moving. Faults: 1 a number is not finite or a blend is below 0; 2 a limit is not above 0.
     PathPlanner, at_once: usize::MAX, shares: BLEND_SHARES,
     #[input(asynchronous)]
     points: [[f64; 16]; POINTS_MAX],

@@ -9,52 +9,53 @@ use crate::span::Span;
 use crate::takeover::Brake;
 use opengpac::{Condition, ConditionOf, FunctionBlock, InPlaceMut, Invocation, Outcome, Step, Type};
 
-/// The chain is not one for n joints.
+/// The arm is not a chain of n joints.
 const BAD_CHAIN: u32 = 1;
-/// A number of a move, or a position at the start, is not valid.
+/// A value of a move or of the start position is not valid.
 const BAD_MOVE: u32 = 2;
-/// A limit is not above 0, or an override is not within 0 and 1.
+/// A limit is not above 0, or an override is not between 0 and 1.
 const BAD_LIMIT: u32 = 3;
 
 /// Queue of moves: setpoint = q(s(t)), a path of lines, arcs and blends, and a jerk-limited motion s(t) along it.
 ///
-/// Each invocation takes one waiting move, that with the number after the last one taken, and appends it to the path: a line of the
-/// joints, a straight line or an arc of the tool, blended with the move before. Speed, acceleration and jerk of each joint stay within
-/// their limits. `rate`, overrides and `holding` change the speed along the path, down to 0 and back along it, and never the path: a
-/// position on the path is the state, not a time. A move that the arm cannot make is refused before anything of it moves; the moves
-/// before it are completed, then `refused` is reported. `complete` is true at rest at the end, once a move of kind 3 has been taken,
-/// which says that no others come. If joints move at the start, they are braked first, each on its own. Time lost because releases were skipped is not made up
-/// for; if more than `gap_max` was lost at once, the motion comes to rest on its path and reports `gap`. A move with a mode of 2 replaces those before it: the motion blends
-/// into it if it can, or comes to rest on the path first. The path holds some 40 lines of
-/// the joints or 16 of the tool ahead; further moves wait. Faults: 1 the chain is not one for n joints; 2 a number of a move is not
-/// valid; 3 a limit is not above 0, or an override is not within 0 and 1.
+/// Each invocation takes one waiting move, the one that follows the last move taken, and appends it to the path: a line in joint space,
+/// or a straight line or an arc of the tool, blended with the previous move. The speed, acceleration and jerk of each joint stay within
+/// their limits. `rate`, the overrides and `holding` change only the speed along the path, down to 0 or backwards, and never the path
+/// itself: the state is a position on the path, not a time. A move that the arm cannot make is refused before any part of it is executed;
+/// the moves before it are completed, and then `refused` is reported. `complete` is true when the motion is at rest at the end, if a move
+/// of kind 3, which ends the queue, has been taken. Joints that move at the start are braked first, each on its own. Time lost because
+/// releases were skipped is not made up for; if the time lost in a single gap exceeds `gap_max`, the motion comes to rest on its path and
+/// `gap` is reported. A move with mode 2 replaces the moves before it: the motion blends into it if possible, and otherwise comes to rest
+/// on the path first. The path holds about 40 lines in joint space or 16 of the tool ahead of the set-point; further moves wait. Faults:
+/// 1 the arm is not a chain of n joints; 2 a value of a move or of the start position is not valid; 3 a limit is not above 0, or an
+/// override is not between 0 and 1.
 #[derive(FunctionBlock)]
 pub struct QueueGenerator {
     /// number of joints
     #[size(1, 16)]
     n: u32,
-    /// present commanded positions of the joints, rad or m
+    /// current commanded positions of the joints, rad or m
     #[input(asynchronous, sized)]
     start: [f64; 16],
-    /// speeds at which the servos move the joints now
+    /// current speed at which the servos move the joints
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     start_velocity: [f64; 16],
-    /// speeds of the last set-points, whichever motion stored them
+    /// speed of the last set-points, whichever motion generated them
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s|m/s", range = "[-inf, inf)")]
     last_velocity: [f64; 16],
-    /// accelerations of the last set-points
+    /// acceleration of the last set-points
     #[input(asynchronous, default = [0.0; 16], sized, unit = "rad/s^2|m/s^2", range = "[-inf, inf)")]
     last_acceleration: [f64; 16],
-    /// time at which they were stored, ns of the system clock
+    /// time at which the last set-points were stored, ns of the system clock
     #[input(asynchronous, default = [i64::MIN; 16], sized, range = "[-inf, inf)")]
     last_time: [i64; 16],
-    /// braking of the servos on their own because set-points did not arrive in time: see `joint_servo`
+    /// braking by the servos themselves because set-points did not arrive in time: see `joint_servo`
     #[input(asynchronous, default = [[0.0; 4]; 16], sized, range = "[-inf, inf)")]
     braking: [[f64; 4]; 16],
-    /// moves that wait, that with number k in row k modulo 16, and the number of moves behind which a single step rests
+    /// waiting moves, with move k in row k modulo 16, and, for single-stepping, the number of moves after which the motion comes to rest
     #[input(asynchronous)]
     moves: QueuedMoves,
-    /// fraction of the programmed speed; below 0 back along the path
+    /// fraction of the programmed speed; negative: backwards along the path
     #[input(asynchronous, default = 1.0, range = "[-1, 1]")]
     rate: f64,
     /// permitted fraction of the speed, 0 to 1; the minimum over the joints applies to all
@@ -66,7 +67,7 @@ pub struct QueueGenerator {
     /// true: bring the motion to rest on its path
     #[input(asynchronous, default = false)]
     holding: bool,
-    /// maximum time that may be lost at once; if more is lost, the motion comes to rest
+    /// maximum time lost in a single gap; if it is exceeded, the motion comes to rest
     #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
     gap_max: [f64; 16],
     /// maximum speed of each joint
@@ -87,22 +88,22 @@ pub struct QueueGenerator {
     /// commanded positions of the joints, rad or m
     #[output(sized)]
     setpoint: [f64; 16],
-    /// commanded speeds at those positions, rad/s or m/s
+    /// commanded speed at the set-point, rad/s or m/s
     #[output(sized)]
     setpoint_velocity: [f64; 16],
-    /// commanded accelerations at those positions, rad/s^2 or m/s^2
+    /// acceleration of the set-points, rad/s^2 or m/s^2
     #[output(sized)]
     setpoint_acceleration: [f64; 16],
-    /// time at which they are stored, ns of the system clock
+    /// time at which the set-points are stored, ns of the system clock
     #[output(sized)]
     setpoint_time: [i64; 16],
-    /// where the set-point is, what has been taken, and the ends of the last moves
+    /// position of the set-point in the queue, the last move taken, and the ends of the most recent moves
     #[output]
     progress: QueueProgress,
-    /// joint positions at the end of the path, for blocks that compare
+    /// joint positions at the end of the path, for comparison by other blocks
     #[output(sized)]
     target: [f64; 16],
-    /// true if the end of the last move has been stored as set-point
+    /// true if the end of the last move has been stored as the set-point
     #[output]
     complete: bool,
     /// the path
@@ -117,10 +118,10 @@ pub struct QueueGenerator {
     /// the motion is at rest because of `holding`
     #[condition]
     held: Condition,
-    /// a move was refused, and those before it are completed; the value is its number
+    /// a move was refused, and the moves before it have been completed; the value is the number of the refused move
     #[condition]
     refused: ConditionOf<i32>,
-    /// the motion is at rest because more time than `gap_max` was lost at once; the value is the time lost, s
+    /// the motion is at rest because the time lost in a single gap exceeded `gap_max`; the value is the time lost, s
     #[condition]
     gap: ConditionOf<f64>,
     /// progress along the path
@@ -136,9 +137,9 @@ struct Way {
     run: Run,
     span: Span,
     has_begun: bool,
-    /// The last move has been taken.
+    /// True if the last move has been taken.
     is_closed: bool,
-    /// The motion comes to rest because time was lost.
+    /// True if the motion is coming to rest because time was lost.
     is_lost: bool,
 }
 
@@ -179,7 +180,7 @@ impl Step for QueueGenerator {
 }
 
 impl QueueGenerator {
-    /// Appends the next waiting move, if there is one and it has room; the error is the code of a fault.
+    /// Appends the next waiting move, if there is one and the path has space for it; the error is a fault code.
     fn take_one(&mut self, n: usize) -> Result<(), u32> {
         if let Some(number) = self.aborting().filter(|_| self.progress.refused == 0) {
             (self.progress.taken + 1..number).for_each(|skipped| self.path.note_aborted(skipped));
@@ -228,7 +229,7 @@ impl QueueGenerator {
         (self.progress.resting, self.progress.until) = (i64::from(self.way.run.is_at_rest()), self.moves.until);
     }
 
-    /// Returns the number of the last waiting move that replaces those before it.
+    /// Returns the number of the last waiting move that replaces the moves before it.
     fn aborting(&self) -> Option<i64> {
         let waiting = self.moves.rows.iter().filter(|row| row.number > self.progress.taken && row.mode == ABORTING && row.kind != CLOSE);
         waiting.map(|row| row.number).max()

@@ -2,10 +2,11 @@
 use crate::queue::QueueProgress;
 use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 
-/// Outputs of a queue of moves: yᵢ = on, if move and place of a `queue_generator` have switched output i, else as it was at the start.
+/// Outputs of a queue of moves: yᵢ = the value to which a `queue_generator` has switched output i at its current position, otherwise the
+/// value at the start.
 ///
-/// Activate it after the generator, bound to its `progress`. The state of the outputs is a function of the place on the path: on the way
-/// back they are switched back.
+/// Activate it after the generator, bound to its `progress`. The outputs depend only on the position on the path: if the motion runs
+/// backwards, they are switched back.
 #[derive(FunctionBlock)]
 pub struct QueueOutputs {
     /// number of outputs
@@ -14,7 +15,7 @@ pub struct QueueOutputs {
     /// progress of the queue
     #[input(asynchronous)]
     progress: QueueProgress,
-    /// present state of each output
+    /// current state of each output
     #[input(asynchronous, sized)]
     start: [bool; 16],
     /// state of each output

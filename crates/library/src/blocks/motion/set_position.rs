@@ -7,7 +7,7 @@ const NOT_FINITE: u32 = 1;
 /// Set position: new offset = offset + shift, new commanded = commanded + shift, with shift = position - captured; nothing moves.
 ///
 /// Execute it once: from then on, the position `captured` is `position`. A servo that takes `offset` and `commanded` receives both
-/// changes in one publication and moves its reference by the same amount. Fault 1: a number is not finite.
+/// changes in one publication and moves its reference by the same amount. Fault 1 if a number is not finite.
 #[derive(FunctionBlock)]
 pub struct SetPosition {
     /// number of joints

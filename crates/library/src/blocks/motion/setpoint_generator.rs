@@ -5,15 +5,15 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
 /// There is no planned motion: the planner has not run.
 const NO_PLAN: u32 = 1;
-/// The motion is planned for another number of joints.
+/// The motion was planned for a different number of joints.
 const OTHER_SIZE: u32 = 2;
 
 /// Set-point generator: setpoint = q(t) of a planned motion, t being the running time since the plan was first seen.
 ///
 /// Running time stops while the verb is suspended, and time lost because releases were skipped does not count. The output `complete` and
 /// the condition `finished` are reported in the invocation that stores the last set-point, which is exactly the goal, never before. A new
-/// plan, identified by its number, is executed from its beginning. Faults: 1 the planner has not run; 2 the motion is planned for another
-/// number of joints.
+/// plan, identified by its number, is executed from its beginning. Faults: 1 the planner has not run; 2 the motion was planned for a
+/// different number of joints.
 #[derive(FunctionBlock)]
 pub struct SetpointGenerator {
     /// number of joints

@@ -46,7 +46,7 @@ pub struct TrajectoryPlanner {
     /// maximum position of each joint
     #[input(asynchronous, default = [1e6; 16], sized, unit = "rad|m", range = "[-inf, inf)")]
     position_max: [f64; 16],
-    /// goal, for blocks that compare
+    /// goal, for comparison by other blocks
     #[output(sized, unit = "rad|m")]
     target: [f64; 16],
     /// planned motion

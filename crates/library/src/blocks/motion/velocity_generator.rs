@@ -11,18 +11,18 @@ const NOT_FINITE: u32 = 1;
 /// Number of consecutive invocations with an unchanged set-point that count as rest. Before that, a servo that smooths the set-points is
 /// still moving.
 const REST: u16 = 3;
-/// An acceleration or jerk is not above 0, or an override is not within 0 and 1.
+/// An acceleration or jerk is not above 0, or an override is not between 0 and 1.
 const BAD_LIMIT: u32 = 2;
 
-/// Velocity generator: setpoint = q(t) with q' going to `velocity` within acceleration and jerk, and to rest before the end of the
-/// joint's range.
+/// Velocity generator: setpoint = q(t) whose q' approaches `velocity` within acceleration and jerk, and comes to rest before the end of
+/// the joint's range.
 ///
 /// The joints may be moving at the start. With `velocity` 0, the default, it stops them: `stopped` is reported when they are at rest. A
 /// velocity may change at any time. If `holding` is true or an override is 0, the joints come to rest and stay there; `held` is reported
-/// as long as they do. Time lost because releases were skipped is not made up for: each invocation advances by at most one cycle; if a
-/// single loss exceeds `gap_max`, the joints come to rest and `gap` is reported. At the end of its range, a joint comes to rest and
-/// `at_limit` is reported. Faults: 1 a start or velocity is not finite; 2 an acceleration or jerk is not above 0, or an override not
-/// within 0 and 1.
+/// as long as they do. Time lost because releases were skipped is not made up for: each invocation advances by at most one cycle; if the
+/// time lost in a single gap exceeds `gap_max`, the joints come to rest and `gap` is reported. At the end of its range, a joint comes to
+/// rest and `at_limit` is reported. Faults: 1 a start or velocity is not finite; 2 an acceleration or jerk is not above 0, or an override
+/// is not between 0 and 1.
 #[derive(FunctionBlock)]
 pub struct VelocityGenerator {
     /// number of joints
@@ -67,7 +67,7 @@ pub struct VelocityGenerator {
     /// override of the whole cell; the two are multiplied
     #[input(asynchronous, default = [1.0; 16], sized, range = "[0, 1]")]
     cell_override: [f64; 16],
-    /// maximum single loss of time; if it is exceeded, the joints come to rest
+    /// maximum time lost in a single gap; if it is exceeded, the joints come to rest
     #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
     gap_max: [f64; 16],
     /// true: bring the motion to rest and keep it there
@@ -85,7 +85,7 @@ pub struct VelocityGenerator {
     /// time at which the set-points are stored, ns of the system clock
     #[output(sized)]
     setpoint_time: [i64; 16],
-    /// longest single loss of time so far
+    /// longest time lost in a single gap so far
     #[output(unit = "s")]
     lost: f64,
     /// time from the start to the first set-point: the interval of this block
@@ -106,7 +106,7 @@ pub struct VelocityGenerator {
     /// a joint is at rest at the end of its range although motion is requested
     #[condition]
     at_limit: Condition,
-    /// the joints are at rest because a single loss of time exceeded `gap_max`; the value is the time lost, s
+    /// the joints are at rest because the time lost in a single gap exceeded `gap_max`; the value is the time lost, s
     #[condition]
     gap: ConditionOf<f64>,
     /// state of the motion of the joints

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 
-/// Awaits a digital value: reports `done` if u = value; with `edge`, if u = value and it was not in the previous invocation.
+/// Awaits a digital value: reports `done` if u = value; with `edge`, only if u had the other value in the previous invocation.
 #[derive(FunctionBlock)]
 pub struct AwaitDigital {
     /// monitored value
@@ -16,10 +16,10 @@ pub struct AwaitDigital {
     /// true: the input must change to that value; its initial value does not count
     #[param(default = false)]
     edge: bool,
-    /// it is
+    /// the input has the awaited value
     #[condition]
     done: Condition,
-    /// true if the input has differed from the awaited value in an earlier invocation
+    /// true if the input differed from the awaited value in the previous invocation
     #[state]
     was_other: bool,
 }

@@ -5,7 +5,7 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 /// time does not count.
 #[derive(FunctionBlock)]
 pub struct PulseDigital {
-    /// value written to the output; each new value is output
+    /// value most recently written to the output
     #[input]
     written: bool,
     /// pulse

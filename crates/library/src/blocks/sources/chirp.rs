@@ -9,10 +9,10 @@ const BAD_RANGE: u32 = 2;
 
 /// Chirp, a swept sine: y = offset + amplitude sin(2 pi ∫f dt), f from first to last over the duration, linearly or exponentially.
 ///
-/// For measuring frequency responses. t is the running time since the first invocation; after the duration, y = offset. An exponential
-/// sweep spends the same time in each octave. Source: Farina, 2000. Range: duration above 0; for an exponential sweep, both frequencies
-/// above 0. Faults: 1 there is no such sweep: 0 linear, 1 exponential; 2 the duration is not above 0, a frequency is negative, or 0 in an
-/// exponential sweep.
+/// It is used to measure frequency responses. t is the running time since the first invocation; after the duration, y = offset. An
+/// exponential sweep spends the same time in each octave. Source: Farina, 2000. Range: duration above 0; for an exponential sweep, both
+/// frequencies above 0. Faults: 1 the sweep is not 0 (linear) or 1 (exponential); 2 the duration is not above 0, or a frequency is
+/// negative, or 0 in an exponential sweep.
 #[derive(FunctionBlock)]
 pub struct Chirp {
     /// signal

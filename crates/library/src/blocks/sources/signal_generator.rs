@@ -10,7 +10,7 @@ const BAD_DUTY: u32 = 2;
 /// Signal generator: y = offset + amplitude f(frequency t + phase), t being the running time of the verb.
 ///
 /// Waveforms: constant, sine, square, triangle, sawtooth. For a frequency that changes with time, see `chirp`. Range: duty 0 to 1.
-/// Faults: 1 there is no such shape: 0 constant, 1 sine, 2 square, 3 triangle, 4 sawtooth; 2 the duty cycle is not 0 to 1.
+/// Faults: 1 the shape is not 0 (constant), 1 (sine), 2 (square), 3 (triangle) or 4 (sawtooth); 2 the duty cycle is not 0 to 1.
 #[derive(FunctionBlock)]
 pub struct SignalGenerator {
     /// signal

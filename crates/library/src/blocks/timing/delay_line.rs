@@ -5,10 +5,10 @@ use opengpac::{FunctionBlock, Invocation, Outcome, Step};
 /// The delay is too long.
 const TOO_LONG: u32 = 1;
 
-/// Delay line: y_k = u_(k-d), the value of d invocations ago; `initial` before there is one.
+/// Delay line: y_k = u_(k-d), the input d invocations ago; `initial` until such a value exists.
 ///
 /// Models a transport delay. It can also break an algebraic loop, if `initial` is the value of the plant at rest. Range: delay 0 to 255.
-/// Faults: 1 the delay is not 0 to 255 invocations.
+/// Faults: 1 the delay is not between 0 and 255 invocations.
 #[derive(FunctionBlock)]
 pub struct DelayLine {
     /// input

@@ -4,7 +4,7 @@ use opengpac::{Condition, FunctionBlock, Invocation, Outcome, Step};
 /// The time is negative.
 const NEGATIVE_TIME: u32 = 1;
 
-/// Off-delay timer: q = true while u is true and for the delay after; elapsed = time since u went off, at most the delay.
+/// Off-delay timer: q = true while u is true and for the delay afterwards; elapsed = time since u went off, at most the delay.
 ///
 /// The output starts off. Time is running time, which stops while the verb is suspended. Source: IEC 61131-3, TOF. Range: delay from 0.
 /// Faults: 1 the delay is negative or NaN.

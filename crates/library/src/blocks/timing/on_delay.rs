@@ -25,7 +25,7 @@ pub struct OnDelay {
     /// the delay has elapsed
     #[condition]
     done: Condition,
-    /// running time at which the input went on, ns; -1: the input is off
+    /// running time at which the input turned on, ns; -1: the input is off
     #[state(initial = -1)]
     begun_ns: i64,
 }

@@ -25,7 +25,7 @@ pub struct Pulse {
     /// the pulse has ended
     #[condition]
     done: Condition,
-    /// input of the previous invocation
+    /// input in the previous invocation
     #[state]
     before: bool,
     /// running time at which the pulse began, ns; -1: no pulse

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Planner of a line or an arc of the tool, as a block.
+//! Planner of a tool motion along a line or an arc, as a block.
 
 /// Declares the block, with additional items of its own. Its method `course` returns the course from the pose of the tool to the goal;
-/// the error is the code of a fault, or `None` if a condition gives the reason why there is no course. `angular_jerk` is the maximum jerk
-/// of the orientation.
+/// the error is a fault code, or `None` if the reason is reported as a condition. `angular_jerk` is the maximum jerk of the orientation.
 macro_rules! line_planner {
     ($(#[$about:meta])* $name:ident { $($items:tt)* }) => {
         $(#[$about])*
@@ -54,7 +53,7 @@ macro_rules! line_planner {
             /// planned line
             #[output]
             line: Line,
-            /// joint positions at the end of the line, for blocks that compare
+            /// joint positions at the end of the line, for comparison by other blocks
             #[output(sized)]
             target: [f64; 16],
             /// planned duration

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Generator of planned paths of the tool, as a block, for tables of a given length.
+//! Generator of planned tool paths, as a block, for tables of a given length.
 
 /// Declares the block.
 macro_rules! polyline_generator {
@@ -40,7 +40,7 @@ macro_rules! polyline_generator {
             /// true: bring the motion to rest and keep it there
             #[input(asynchronous, default = false)]
             holding: bool,
-            /// maximum single loss of time; if it is exceeded, the motion comes to rest
+            /// maximum time lost in a single gap; if it is exceeded, the motion comes to rest
             #[input(asynchronous, default = [0.5; 16], sized, unit = "s", range = "(0, inf)")]
             gap_max: [f64; 16],
             /// maximum speed of each joint
@@ -64,7 +64,7 @@ macro_rules! polyline_generator {
             /// time at which the set-points are stored, ns of the system clock
             #[output(sized)]
             setpoint_time: [i64; 16],
-            /// longest single loss of time so far
+            /// longest time lost in a single gap so far
             #[output(unit = "s")]
             lost: f64,
             /// commanded pose of the tool: x y z in m, quaternion w x y z
@@ -88,10 +88,10 @@ macro_rules! polyline_generator {
             /// the motion is at rest because of `holding`
             #[condition]
             held: Condition,
-            /// the arm cannot follow the path from here on; the value is the completed fraction, 0 to 1
+            /// the arm cannot follow the path beyond this point; the value is the completed fraction, 0 to 1
             #[condition]
             singular: ConditionOf<f64>,
-            /// the motion is at rest because a single loss of time exceeded `gap_max`; the value is the time lost, s
+            /// the motion is at rest because the time lost in a single gap exceeded `gap_max`; the value is the time lost, s
             #[condition]
             gap: ConditionOf<f64>,
             /// progress along the path

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Planner of paths of the tool, as a block, for tables of a given length.
+//! Planner of tool paths, as a block, for tables of a given length.
 
 /// Declares the block. `at_once` is the work done in one invocation; `shares` are the fractions of a line that one blend may use.
 macro_rules! polyline_planner {
@@ -60,7 +60,7 @@ macro_rules! polyline_planner {
             /// planned path
             $(#[$path])*
             path: $path_type,
-            /// joint positions at the end of the path, for blocks that compare
+            /// joint positions at the end of the path, for comparison by other blocks
             #[output(sized)]
             target: [f64; 16],
             /// duration of the motion

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-//! Planning of paths of the tool: first a path of four coordinates, then inverse kinematics along it, in portions that fit into an
-//! invocation.
+//! Planning of tool paths: first a path of four coordinates, then inverse kinematics along it, in portions that fit into one invocation.
 use super::{PolylineTable, PolylineView, SPACE};
 use crate::kinematics::JOINTS_MAX;
 use crate::kinematics::chain::Arm;

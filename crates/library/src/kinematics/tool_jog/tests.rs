@@ -87,7 +87,8 @@ fn at_the_end_of_its_reach_and_of_a_range_it_rests_on_its_line() {
     }
 }
 
-/// Jogs repeatedly against the limit of the reach, each time from rest: the tool creeps closer to the limit, and the way back stays free.
+/// Repeatedly jogs the tool against the limit of its reach, each time from rest: the tool creeps closer to the limit, and can always move
+/// back.
 #[test]
 fn the_way_back_is_free_however_often_a_jog_was_pressed_against_its_end() {
     let chain = six_joints();

@@ -72,7 +72,7 @@ pub fn pad(call: &mut Call) -> OperatorResult {
         return Ok(vec![moved(call.program, &x, shape, all)?]);
     }
     if mode != "constant" {
-        return Err(format!("its mode '{mode}' does not reach as far as its pads {given:?}"));
+        return Err(format!("its pads {given:?} are too large for its mode '{mode}'"));
     }
     filled(call, &x, shape, &sources)
 }

@@ -45,7 +45,7 @@ pub fn translate(node: &Node, inputs: Vec<Option<Value>>, opset: i64, program: &
         && !TAKE_ANY.contains(&node.op_type.as_str())
         && !(kind == Kind::Whole && TAKE_WHOLE.contains(&node.op_type.as_str()))
     {
-        let what = if kind == Kind::Whole { "integers" } else { "truth values" };
+        let what = if kind == Kind::Whole { "integers" } else { "Booleans" };
         return Err(format!("it computes with {what}, which is not supported for this operator: cast them to floats first"));
     }
     let mut call = Call { node, inputs, opset, program, asked: RefCell::default() };

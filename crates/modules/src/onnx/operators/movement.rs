@@ -154,7 +154,7 @@ pub fn transposed(program: &mut Program, x: &Value, order: &[usize]) -> Result<V
     let mut sorted = order.to_vec();
     sorted.sort_unstable();
     if !sorted.iter().copied().eq(0..x.shape.len()) {
-        return Err(format!("{order:?} is not an order of the dimensions of shape {:?}", x.shape));
+        return Err(format!("{order:?} is not a permutation of the dimensions of shape {:?}", x.shape));
     }
     let own = strides(&x.shape);
     let shape: Vec<usize> = order.iter().map(|&i| x.shape[i]).collect();

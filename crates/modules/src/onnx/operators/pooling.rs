@@ -56,7 +56,7 @@ pub fn pool(call: &mut Call) -> OperatorResult {
         });
     }
     if windows.iter().any(Vec::is_empty) {
-        return Err("one of its windows lies in the padding only".to_string());
+        return Err("one of its windows lies entirely in the padding".to_string());
     }
     let made = call.program.value(&[&x.shape[..2], &sizes].concat());
     let (to, from) = (call.program.name(&made)?, call.program.name(&x)?);

@@ -23,7 +23,7 @@ struct Cell {
 impl Cell {
     fn read(call: &mut Call, gates: usize, activations: &str) -> Result<Cell, String> {
         if call.text("direction", "forward") != "forward" {
-            return Err("its direction is not forward: the others need values from the future".to_string());
+            return Err("its direction is not forward: the other directions need future values".to_string());
         }
         let given = activations_of(call);
         if !given.is_empty() && given.join(" ") != activations {

@@ -89,7 +89,7 @@ function begunAt(place: Place, zoom: number): Viewport {
   return { x: BESIDE_ZOOM - place.x * zoom, y: BELOW_FIND - place.y * zoom, zoom };
 }
 
-/** Returns whether the title of a box is visible, whether it is at the top or in the middle of the box. */
+/** Returns whether the title of a box is visible. The title may be at the top or in the middle of the box. */
 function isInSight(box: { x: number; y: number; height: number }, { x, y, zoom }: Viewport, width: number, height: number): boolean {
   const [left, top] = [box.x * zoom + x, box.y * zoom + y];
   return left > 0 && left < width - SEEN && top > 0 && top + (box.height / 2) * zoom < height - SEEN;

@@ -4,7 +4,7 @@ import { elk } from "../../../design/elk";
 import { type Box, type Drawing, type Place, portAt, sizeOf } from "./drawing";
 import type { GroupedDrawing, Region } from "./regions";
 
-/** Distance between layers, px; wires of installed instances need space for their values. */
+/** First the distance between layers, px, in a drawing whose wires show values, and then in one without values. */
 const [WITH_VALUES, WITHOUT] = ["110", "60"];
 
 const OPTIONS = {
@@ -58,7 +58,7 @@ function portId(box: string, side: string, port: string): string {
   return `${box}\n${side}\n${port}`;
 }
 
-/** Padding of a region, px; the title is above its boxes. */
+/** Padding of a region, px. The padding at the top contains the title. */
 const ROOM = "[top=64,left=20,bottom=20,right=20]";
 const PACKED = { "elk.algorithm": "rectpacking", "elk.aspectRatio": "1.5", "elk.spacing.nodeNode": "40" };
 

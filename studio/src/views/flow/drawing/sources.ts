@@ -4,7 +4,7 @@
 const SERIES = 8;
 const given = new Map<string, number>();
 
-/** Returns the colour of a source, which is constant as long as the page is open; if the source is null, the colour of lines. */
+/** Returns the colour of a source, which does not change as long as the page is open. For null, returns the colour of lines. */
 export function sourceColour(source: string | null): string {
   if (source === null) return "var(--line-strong)";
   const known = given.get(source) ?? given.size;

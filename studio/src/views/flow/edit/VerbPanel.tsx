@@ -270,7 +270,7 @@ function Inputs(props: OfVerb) {
   );
 }
 
-/** Suggested exception classes with which a start can be refused; the system accepts any of its own. */
+/** Suggested exception classes with which a start can be refused; the system accepts any of its exception classes. */
 const REFUSED_WITH = ["NotHomed", "NotEnabled", "InvalidState", "OutOfRange", "DeviceFailed", "NotAllowed"];
 
 function Requirements(props: OfVerb) {

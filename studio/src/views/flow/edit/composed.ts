@@ -61,7 +61,7 @@ export function setStep(composed: ComposedDefinition, index: number, step: Step 
   return with_(composed, { transitions });
 }
 
-/** Sets the name under which an item of a part appears in the whole; an empty string restores the part's name. */
+/** Sets the name that an item of a part has in the composed verb; an empty string restores the name that it has in the part. */
 export function setRename(composed: ComposedDefinition, name: string, to: string): ComposedDefinition {
   const { [name]: _before, ...rest } = composed.of.rename;
   return with_(composed, { rename: to === "" ? rest : { ...composed.of.rename, [name]: to } });
@@ -84,7 +84,7 @@ function isOf(name: string, label: string): boolean {
   return name === label || name.startsWith(`${label}.`);
 }
 
-/** Names of a part that can be changed in the whole. */
+/** Names of a part's items, which can be changed in the composed verb. */
 export interface Names {
   objects: string[];
   parameters: string[];
@@ -210,7 +210,7 @@ export function drawnStep(composed: ComposedDefinition, from: string, to: string
   return { from: [from], condition: ends[0]?.conditions[0]?.name ?? null, to };
 }
 
-/** Converts a composition for the call `compose`, without its parts. */
+/** Converts a composition, without its parts, to arguments of the call `compose`. */
 export function askedOf(of: Composition): Record<string, unknown> {
   const { name, doc, transitions, initial, rename, preset, share, together, until } = of;
   return { name, doc, transitions, initial, rename, preset, share, together, until };

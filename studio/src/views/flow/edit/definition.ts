@@ -66,7 +66,7 @@ export interface InputParameter {
   tunable: boolean;
   /** Minimum and maximum value: numbers, or parameters of an object, `-arm.max_speed`. */
   within?: [Bound, Bound] | null;
-  /** SVV that is added to a relative value before the check. */
+  /** SVV whose value is added to a relative value before the range is checked. */
   counted_from?: string | null;
   [more: string]: unknown;
 }

@@ -28,9 +28,9 @@ export interface SavedFile {
 type WrittenDefinition = [section: string, key: string, definition: Tree];
 
 /**
- * Returns the draft as a file. An opened file keeps its other content: definitions, modules, description. An unchanged draft gives the
- * same text, byte for byte. In a TOML file only changed lines differ; if that is impossible, the file is saved as JSON, without the
- * comments. A graph that the file defines under a name is changed in its definition.
+ * Returns the draft as a file. If it was read from a file, the other content of that file (definitions, modules, description) is kept.
+ * An unchanged draft yields the same text, byte for byte. In a TOML file only changed lines differ; if that is impossible, the file is
+ * saved as JSON, without the comments. A graph that the file defines under a name is changed where it is defined.
  */
 export function savedFile(draft: DrawnDefinition, file: OpenedFile | null): SavedFile {
   if (file === null) return { name: `${draft.of.name}.json`, text: fileText(draft), said: null };
@@ -150,7 +150,7 @@ function drawnIn(text: string, draft: DrawnDefinition): DrawnDefinition | undefi
   return draftsOf(text).find((one) => one.kind === draft.kind && one.of.name === draft.of.name);
 }
 
-/** Sorts the keys of every table except those of command lists, because their order is irrelevant. */
+/** Sorts the keys of every table, because their order is irrelevant. Only the order of the command lists is kept. */
 function sorted(value: unknown): unknown {
   if (Array.isArray(value)) return value.map(sorted);
   if (typeof value !== "object" || value === null) return value;
@@ -231,7 +231,7 @@ function definitionsFile(text: string): { graphs?: Section; verbs?: Section; com
   return file;
 }
 
-/** Offers a text to the person as a download. */
+/** Offers text to the person as a download. */
 export function download(name: string, text: string): void {
   const address = URL.createObjectURL(new Blob([text], { type: "application/json" }));
   const link = document.createElement("a");

@@ -4,7 +4,10 @@ import { type ComposedDefinition, type DrawnDefinition, newVerb } from "./defini
 import { followed, type Placement } from "./placement";
 import { compositionOf, draftOf } from "./reading";
 
-/** Storage key of the draft. It is used for each tab, and for the latest draft of any tab, from which a new tab starts. */
+/**
+ * Storage key of the draft: in session storage for the draft of this tab, and in local storage for the latest draft of any tab, with
+ * which a new tab starts.
+ */
 const KEY = "opengpac.draft";
 /** Storage key of the text of an unreadable draft, kept until the person saves or discards it. */
 const UNREAD = "opengpac.draft.unread";

@@ -20,7 +20,7 @@ export function within(whole: Draft, way: Way): Draft | null {
   return at;
 }
 
-/** Returns the longest prefix of a path that still leads to a graph, because a block on it may have been removed or renamed. */
+/** Returns the longest prefix of a path that leads to a graph. A block on the path may have been removed or renamed. */
 export function standing(whole: Draft, way: Way): Way {
   if (within(whole, way)) return way;
   for (let length = way.length - 1; length > 0; length -= 1) if (within(whole, way.slice(0, length))) return way.slice(0, length);
@@ -46,7 +46,7 @@ export function ownGraph(draft: Draft, label: string, name: string): Draft {
   return withBlocks(draft, { ...draft.of.blocks, [label]: { ...use, block: { graph: { ...graph, name } } } });
 }
 
-/** Returns all nested graphs by name, at every depth; of graphs with the same name, only the first. */
+/** Returns all nested graphs by name, at every depth. If several graphs have the same name, only the first is returned. */
 export function graphsWithin(draft: { of: { blocks: Record<string, BlockUse> } }): Map<string, Graph> {
   const found = new Map<string, Graph>();
   for (const use of Object.values(draft.of.blocks)) {
@@ -112,7 +112,7 @@ function exchanged(draft: Draft, exchange: Exchange): { draft: Draft; names: Nam
   return { draft: renamePorts(made, renamed), names: renamed };
 }
 
-/** Returns a function from old to new names of the graph's ports and inner items; null if none was renamed. */
+/** Returns a function that maps the old names of the graph's ports and inner items to the new ones; null if none was renamed. */
 function namesOf({ graph, is }: Exchange): Names | null {
   const ports = [renamedKey(graph.inputs, is.inputs), renamedKey(graph.outputs, is.outputs)].filter((one) => one !== null);
   const block = renamedKey(graph.blocks, is.blocks);

@@ -26,7 +26,7 @@ const faces = new Map(
 const draft = draftOf("graph", "g", { blocks: { a: "library.angle", new: "library.gain" }, outputs: { z: "new.y", free: [] } });
 const from: WireStart = { box: "a", port: "q_out", side: "output" };
 const at = tried(draft, faces, []);
-/** Answer of the system in which ports of `library.not` cannot be connected. */
+/** Answer of a system in which no port of `library.not` can be connected. */
 const answered = Object.keys(at.draft.of.blocks).flatMap((block) =>
   ["u", "y", "q", "q_out"].map((port) => ({ block, port, reason: at.uses.get(block)?.name === "library.not" ? "types differ" : null })),
 );

@@ -26,7 +26,7 @@ export function placedOn(placement: Placement, label: string, source: string | n
   return Object.fromEntries(source === null ? rest : [...rest, [label, source]]);
 }
 
-/** Converts a placement for the call `place`: patterns that consist of the name of the verb and a label. */
+/** Converts a placement to the patterns of the call `place`. Each pattern consists of the name of the verb and a label. */
 export function patternsOf(draft: Draft, placement: Placement): Record<string, string> {
   return Object.fromEntries(Object.entries(placement).map(([label, source]) => [`${draft.of.name}.${label}`, source]));
 }

@@ -32,7 +32,7 @@ export function freePlace(draft: Draft): Place {
   return { x: right, y: top };
 }
 
-/** Removes a cell if only missing ports remain after its last wire. */
+/** Removes a cell if it has only missing ports left after its last wire was removed. */
 function withoutLost(draft: Draft, cell: string, faces: Faces): Draft {
   const left = own(setsOf(draft, "cells"), cell) ?? [];
   return left.length > 0 && left.every((port) => isLost(draft, port, faces)) ? change.removeSet(draft, "cells", cell) : draft;

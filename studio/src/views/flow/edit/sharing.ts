@@ -12,8 +12,8 @@ interface SharedGraph {
 }
 
 /**
- * Returns the graphs of the file to which the saved definition refers by name instead of containing them: those to which it referred
- * before, or that are equal to the file's. A graph with two different versions in the draft is excluded.
+ * Returns the graphs of the file to which the saved definition refers by name instead of containing them: those to which it already
+ * referred, and those that are equal to the file's version. A graph with two different versions in the draft is excluded.
  */
 export function sharedGraphs(
   draft: DrawnDefinition,
@@ -81,8 +81,8 @@ function usesOf(blocks: Record<string, BlockUse>, found = new Map<string, Graph[
 }
 
 /**
- * Returns the names of the graphs to which a definition in the file refers, and of those that it contains, including those in graphs
- * referenced by name.
+ * Returns the names of the graphs to which a definition in the file refers, and the names of those that it contains. In both cases,
+ * graphs within referenced graphs are included.
  */
 function namedIn(definition: Tree | undefined, tree: Tree, found = { named: new Set<string>(), within: new Set<string>() }) {
   const graphs = (tree.graphs as Record<string, Tree> | undefined) ?? {};

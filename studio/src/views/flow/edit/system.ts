@@ -57,7 +57,7 @@ export function useFindings(control: Control, draft: Draft): { findings: Finding
 type At = { block: string; port: string };
 
 export interface Possible {
-  /** Queries which ports can be the other end of a wire that starts at this port; null ends the wire. */
+  /** Queries which ports can be the other end of a wire that starts at this port; null if the wire has ended. */
   ask: (from: At | null) => void;
   /**
    * Returns the reason why two ports cannot be wired; null if they can, or if the answer has not arrived yet, in which case the check
@@ -66,7 +66,7 @@ export interface Possible {
   reason: (from: At, to: At) => string | null;
 }
 
-/** Returns the ports to which a wire may lead. The system is queried when the wire is started; its installation rules decide. */
+/** Returns the ports to which a wire may lead. The system is queried when the wire is started, because its installation rules decide. */
 export function usePossible(control: Control, draft: Draft): Possible {
   const answer = useRef<{ begun: At; reasons: Map<string, string | null> } | null>(null);
   const latest = useRef(0);

@@ -25,7 +25,7 @@ gain = {}
 
 type Tree = Record<string, never> & { graphs: { smooth: { blocks: Record<string, never>; cells: Record<string, never>; layout: object } } };
 
-/** Applies a change to the contents of a text; returns the new text and the lines that differ. */
+/** Applies a change to the contents of a TOML text; returns the new text and the lines that differ. */
 function changed(change: (tree: Tree) => void, text = TEXT): { made: string; lines: [string | undefined, string | undefined][] } {
   const [before, after] = [parse(text), parse(text) as unknown as Tree];
   change(after);

@@ -12,9 +12,9 @@ interface Edit {
 }
 
 /**
- * Returns the text, changed from the contents `before` to `after`: changed values are replaced in place, removed keys are deleted with
- * their lines, and new keys are added at the end of their tables. Returns null if that is impossible, so that the whole text must be
- * rewritten. The result is parsed again to verify that it contains `after`.
+ * Returns the text with its contents changed from `before` to `after`: changed values are replaced in place, removed keys are deleted
+ * with their lines, and new keys are added at the end of their tables. Returns null if that is impossible, so that the whole text must
+ * be rewritten. The result is parsed again to verify that it contains `after`.
  */
 export function patched(text: string, before: Tree, after: Tree): string | null {
   const edits = editsOf(text, before, after);

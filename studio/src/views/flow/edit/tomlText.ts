@@ -39,7 +39,7 @@ export function pathKey(path: readonly string[]): string {
   return JSON.stringify(path);
 }
 
-/** Locates every key of a text that is valid TOML; returns null if it contains unsupported syntax. */
+/** Locates every key in a valid TOML text; returns null if the text contains unsupported syntax. */
 export function mapOf(text: string): Map_ | null {
   try {
     return new Scanner(text).all();

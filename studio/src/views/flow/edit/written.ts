@@ -14,7 +14,7 @@ export function words(text: string): string[] {
 /** Pattern of a number with its unit: "3 Hz", "2 N.m/rad". */
 const QUANTITY = /^[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?\s*[a-zµ°Ω%][\w./*^µ°Ω|-]*$/i;
 
-/** Parses a person's text as a value of a type: a number, a Boolean or a list. An empty text means the default. */
+/** Parses text entered by a person as a value of a type: a number, a Boolean or a list. Empty text means the default. */
 export function constantOf(text: string, type_text: string): { value: Value | undefined; wrong: string | null } {
   if (text === "") return { value: undefined, wrong: null };
   // A list of numbers needs no brackets: 0, 0, 1.
@@ -32,7 +32,7 @@ export function constantOf(text: string, type_text: string): { value: Value | un
   }
 }
 
-/** Parses a person's text as the value of an input parameter: a constant, or a percentage of the parameter's maximum, "25 %". */
+/** Parses text entered by a person as the value of an input parameter: a constant, or a percentage of the parameter's maximum, "25 %". */
 export function givenOf(text: string): { value: Value | undefined; wrong: string | null } {
   if (/^-?\d+(\.\d+)?\s*%$/.test(text)) return { value: text, wrong: null };
   return constantOf(text, "value");
@@ -46,14 +46,14 @@ export function constantText(value: Value | undefined): string {
   return isPlain ? value.join(", ") : JSON.stringify(value);
 }
 
-/** Parses a person's text as an interval, ns; null if the text is empty. */
+/** Parses text entered by a person as an interval, ns; null if the text is empty. */
 export function everyOf(text: string): ReadResult<number | null> {
   if (text === "") return { value: null };
   const read = durationNs(text);
   return read.wrong !== undefined || read.value > 0 ? read : { wrong: tr("flow.textIsNotAnIntervalIt", { text }) };
 }
 
-/** Parses the range of an input parameter, given as numbers or parameters of objects: "0, arm.max_speed". An empty text means no range. */
+/** Parses the range of an input parameter, given as numbers or parameters of objects: "0, arm.max_speed". Empty text means no range. */
 export function withinOf(text: string): ReadResult<[Bound, Bound] | null> {
   if (text === "") return { value: null };
   const ends = text.split(/[\s,]+/).filter(Boolean);

@@ -3,9 +3,9 @@ import type { InstalledInstance } from "../../../control/shapes";
 import { choices } from "../../../design/units";
 
 /**
- * Returns an instance with the units of its devices: a servo of a prismatic joint reads m and N where its blocks declare `rad|m` and
- * `N.m|N`. The chosen unit is the one on which all ports bound to cells with a single unit agree; if they disagree, the units remain as
- * declared.
+ * Returns an instance whose ports have the units of its devices: for a servo of a prismatic joint, m and N where its blocks declare
+ * `rad|m` and `N.m|N`. The choice follows from the ports that are bound to cells with a single unit; if they disagree, the units remain
+ * as declared.
  */
 export function inOwnUnits(instance: InstalledInstance): InstalledInstance {
   const found = choiceOf(instance);
@@ -18,7 +18,7 @@ export function inOwnUnits(instance: InstalledInstance): InstalledInstance {
   };
 }
 
-/** Returns the unit in this instance for a unit of the verb. */
+/** Returns the unit that this instance uses in place of a unit of the verb. */
 export function unitOf(instance: InstalledInstance, unit: string): string {
   return of(unit, choiceOf(instance) ?? -1);
 }

@@ -64,8 +64,8 @@ export const COUNT_MAX = 2 ** 20;
 const UNEVEN = 1e-3;
 
 /**
- * Resamples the values between two times at equal steps: values at regular times remain unchanged, others are held until the next step.
- * Returns null if there are fewer than two values.
+ * Resamples the values between two times at regular intervals: values at regular times remain unchanged, and others are held until the
+ * next regular time. Returns null if there are fewer than two values.
  */
 export function regular(series: Series, from_ns: number, to_ns: number): Regular | null {
   const times: number[] = [];

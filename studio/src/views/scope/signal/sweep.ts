@@ -15,7 +15,10 @@ export interface Span {
   triggered: boolean;
 }
 
-/** Time without a trigger after which `auto` shows the latest values, ns of the system's clock; at least one span. */
+/**
+ * Time without a trigger after which `auto` shows the latest values, ns on the system's clock. If the span on the screen is longer, the
+ * span is used instead.
+ */
 const AUTO_NS = 500e6;
 
 /** Decides which span is shown: one span for each trigger, which begins `pre_ns` before the trigger and has the length `span_ns`. */

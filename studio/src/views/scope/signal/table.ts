@@ -15,7 +15,10 @@ export interface ExportedChannel {
   all: string[];
 }
 
-/** Callback for rows. A row has a time, and for each channel the index in its ring of a value at that time, or null. */
+/**
+ * Callback for rows. A row consists of a time and, for each channel, the index in its ring of the value at that time, or null if there
+ * is none.
+ */
 export type Row = (time_ns: number, indices: (number | null)[]) => void;
 
 /** Iterates over the values of all channels in time order. Values of several channels at the same time form one row. */

@@ -3,7 +3,7 @@ import { expect, test } from "vitest";
 import type { Show, ShownTrace } from "../messages";
 import { lane } from "./picture";
 
-/** Returns the texts that a lane of this height draws. */
+/** Returns the texts that are drawn in a lane of this height. */
 function textsOf(height: number): string[] {
   const texts: string[] = [];
   const canvas = {

@@ -160,7 +160,7 @@ function sizes(show: Show): { width: number; height: number; ratio: number } {
   return { width: show.width, height: show.height, ratio: show.ratio };
 }
 
-/** Draws the frame of lane `i`: a line at its top, and the name and range of its trace, if there is room for a line of text. */
+/** Draws the frame of lane `i`: a line at its top, and the name and range of its trace, if there is enough space for a line of text. */
 export function lane(canvas: Canvas, trace: ShownTrace, on: PlacedScale, i: number, show: Show): void {
   canvas.save();
   canvas.font = show.font;
