@@ -54,7 +54,7 @@ void opengpac_close(opengpac_system *system);
  *   processor(name, [core], [supervisor], [process], [host], [lost_after_ns], [patience_ns])
  *       Creates a real-time processor.
  *         core: CPU core to which the processor is bound.
- *         supervisor: true if the supervisor runs on the processor; by default it runs on the first one.
+ *         supervisor: True if the supervisor runs on the processor; by default it runs on the first one.
  *         process: True for its own process, or the name of a shared process.
  *         host: Name of a host that has joined the system.
  *         lost_after_ns: Maximum time for which the process may hang before it counts as lost.
@@ -99,7 +99,7 @@ void opengpac_close(opengpac_system *system);
  *   raises(device, channel, source, [place])
  *       Makes a channel of a device raise a source.
  *   place(...placement)
- *       Sets the sources for blocks that are not placed otherwise: source by label pattern.
+ *       Sets the placement of blocks that are not placed otherwise: label pattern → source.
  * software
  *   download(path, [name], [python]) -> ModuleAbout
  *       Loads a code module. Returns its blocks.
@@ -110,14 +110,14 @@ void opengpac_close(opengpac_system *system);
  *   check_graph(...graph)
  *       Checks a data flow graph, and refuses it if it has mistakes. Does not define it.
  *   check_definition(...drawing) -> list of Refusal
- *       Returns all mistakes of a graph or a verb, each with "where". Does not define it.
+ *       Returns all mistakes of a graph or a verb, each with its location in "where". Does not define it.
  *   check_drawing(...drawing) -> list of Refusal
  *       Returns all mistakes of a graph or a verb, as `check_definition` does, and everything that an
- *       installation would refuse for any arguments: constants, defaults, members of objects, second writers
- *       in a list. Does not define it.
+ *       installation would refuse regardless of the arguments: constants, defaults, members of objects,
+ *       second writers in a list. Does not define it.
  *   compatible(from, [to], ...drawing) -> PortVerdicts
- *       Returns the reason why two ports of a graph or a verb cannot be wired, or null if they can; without
- *       `to`, returns the reason for each other port.
+ *       Returns the reason why two ports of a graph or a verb cannot be wired together, or null if they can;
+ *       without `to`, returns the reason for every other port.
  *   define_device_type(...device_type)
  *       Defines a type of logical devices.
  *   compose(...composition) -> Verb
@@ -201,7 +201,7 @@ void opengpac_close(opengpac_system *system);
  *         timeout_ns: Timeout relative to the call, on the system's clock.
  *         until_ns: Absolute deadline, as an alternative to the timeout.
  *   suspend(instance)
- *       Suspends an instance after its running step is complete.
+ *       Suspends an instance after its current step is complete.
  *   resume(instance)
  *       Resumes a suspended instance.
  *   delete(instance)
@@ -230,7 +230,7 @@ void opengpac_close(opengpac_system *system);
  *         count: Maximum number of values.
  *         raw: True to return "bytes" instead of "value", as in `read`.
  *   svv_about(name) -> SvvAbout
- *       Returns the properties of an SVV, a private cell or a channel: its type, unit, history, writers.
+ *       Returns the properties of an SVV, a private cell or a channel: its type, unit, history and writers.
  *   now() -> integer
  *       Returns the time on the system's clock, ns.
  *   advance(duration_ns)
@@ -240,7 +240,7 @@ void opengpac_close(opengpac_system *system);
  *       ever be due.
  * cell
  *   emergency_stop(reason)
- *       Stops everything that moves, until `reset` is called.
+ *       Stops everything that moves. The stop is latched until `reset` is called.
  *   emergency_stop_input(device, channel, [at_zero])
  *       Makes a channel of a device trip the emergency stop.
  *         at_zero: True if the channel trips the emergency stop at zero rather than at one.
@@ -261,17 +261,17 @@ void opengpac_close(opengpac_system *system);
  *   enabling_switch(device, channel)
  *       Sets the channel of the enabling switch, without which nothing moves in manual mode.
  *   force(name, value, [who]) -> integer
- *       Forces a signal, given by its logical device: an input has this value instead of its reading, an
+ *       Forces a signal, identified by its logical device: an input has this value instead of its reading, an
  *       output instead of its command. The force ends with the session that set it, when the device is
  *       disabled or lost, and at an emergency stop; an alarm is active until then. Returns the number of the
  *       force.
  *         value: Value in the unit of the signal's channel.
- *         who: Person or session that forces; set by the control interface to its caller.
+ *         who: Person or session that forces the signal; set by the control interface to its caller.
  *   unforce([name], [who]) -> list of text
  *       Ends the forcing of one signal, or of all. Returns the signals that were forced.
- *         who: Person or session that releases; set by the control interface to its caller.
+ *         who: Person or session that releases the signal; set by the control interface to its caller.
  *   forced() -> map of ForcedSignal
- *       Returns the forced signals, by their logical devices.
+ *       Returns the forced signals, by logical device.
  * alarms
  *   define_alarm(code, ...said)
  *       Defines the text of an alarm code.
@@ -292,7 +292,7 @@ void opengpac_close(opengpac_system *system);
  *         for_ns: Duration on the system's clock; at most 24 h.
  *         who: Person or session that shelves the alarm; set by the control interface to its caller.
  *   unshelve_alarm(number, [who]) -> boolean
- *       Returns a shelved alarm to the list. Returns true if it was shelved.
+ *       Puts a shelved alarm back into the list. Returns true if it was shelved.
  *         who: Person or session that unshelves the alarm; set by the control interface to its caller.
  *   restore_alarms(history)
  *       Restores the alarm history from an earlier run.
@@ -354,7 +354,7 @@ void opengpac_close(opengpac_system *system);
  *   replay(path, [trust], [present]) -> ReplayBegun
  *       Starts to replay a recording in a separate process, without affecting the system, and compares every
  *       value. Returns the number of the replay. Code modules in the recording run only if their SHA-256
- *       digests are those of modules that the system has loaded at some time, or are in `trust`.
+ *       digests match modules that the system has loaded at some time, or are in `trust`.
  *         trust: Digests of code modules that may run. Over the control interface, they are set by the daemon
  *         and must be omitted.
  *         present: True to replace modules of the recording with the system's current modules of the same
@@ -370,20 +370,20 @@ void opengpac_close(opengpac_system *system);
  *       Returns a description of a recording: its time span, its contents and its ends. If the recording is
  *       still in progress, the description covers the part that is on disk.
  *   recorded_at(path, time_ns, [names], [topics], [known]) -> RecordedAt
- *       Returns the state of a recording at a time.
+ *       Returns the state of a recording at a given time.
  *         time_ns: Time on the system's clock.
  *         names: Names of SVVs and cells.
  *         topics: Names of other channels, such as `/installed`, `/statistics`, `/alarms`.
  *         known: Times of the messages that the caller already has, by channel; these messages are omitted.
  *   recorded_messages(path, topic, [since]) -> RecordedMessages
- *       Returns messages of a channel without values, such as `/log` or `/ends`.
+ *       Returns messages of a channel that carries no values, such as `/log` or `/ends`.
  *         since: Number of the first message.
  *   recorded_span(path, names, from_ns, to_ns, columns, [since]) -> RecordedSpan
  *       Returns SVVs and cells over a span of a recording, condensed into columns, with exact sums.
  *         columns: Number of columns per channel, at most 10,000; the values within a column are condensed.
  *         since: `next` of the previous answer.
  *   recorded_firing(path, time_ns, [back]) -> integer or null
- *       Returns the time of the next (or previous) firing in a recording that stored a value; null if there
+ *       Returns the time, in a recording, of the next (or previous) firing that stored a value; null if there
  *       is none.
  *         back: True for the previous firing.
  * ---- end of the calls ----

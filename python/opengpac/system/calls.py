@@ -72,7 +72,7 @@ class Calls(CallTransport):
         return self._ask("raises", {"device": device, "channel": channel, "source": source, "place": place})
 
     def place(self, placement: Mapping[str, Any]) -> None:
-        """Sets the sources for blocks that are not placed otherwise: source by label pattern."""
+        """Sets the placement of blocks that are not placed otherwise: label pattern → source."""
         return self._ask_of("place", placement)
 
     def download(self, path: str, name: str | None = None, python: str | None = None) -> Any:
@@ -88,18 +88,19 @@ class Calls(CallTransport):
         return self._ask_of("check_graph", graph)
 
     def check_definition(self, drawing: Mapping[str, Any]) -> list[Any]:
-        """Returns all mistakes of a graph or a verb, each with "where". Does not define it."""
+        """Returns all mistakes of a graph or a verb, each with its location in "where". Does not define
+        it."""
         return self._ask_of("check_definition", drawing)
 
     def check_drawing(self, drawing: Mapping[str, Any]) -> list[Any]:
         """Returns all mistakes of a graph or a verb, as `check_definition` does, and everything that an
-        installation would refuse for any arguments: constants, defaults, members of objects, second writers
-        in a list. Does not define it."""
+        installation would refuse regardless of the arguments: constants, defaults, members of objects, second
+        writers in a list. Does not define it."""
         return self._ask_of("check_drawing", drawing)
 
     def compatible(self, drawing: Mapping[str, Any], from_: Any, to: Any = None) -> Any:
-        """Returns the reason why two ports of a graph or a verb cannot be wired, or null if they can; without
-        `to`, returns the reason for each other port."""
+        """Returns the reason why two ports of a graph or a verb cannot be wired together, or null if they
+        can; without `to`, returns the reason for every other port."""
         return self._ask_of("compatible", drawing, {"from": from_, "to": to})
 
     def define_device_type(self, device_type: Mapping[str, Any]) -> None:
@@ -231,7 +232,7 @@ class Calls(CallTransport):
         return self._ask("halt", {"instance": instance, "timeout_ns": timeout_ns, "until_ns": until_ns})
 
     def suspend(self, instance: int) -> None:
-        """Suspends an instance after its running step is complete."""
+        """Suspends an instance after its current step is complete."""
         return self._ask("suspend", {"instance": instance})
 
     def resume(self, instance: int) -> None:
@@ -264,7 +265,8 @@ class Calls(CallTransport):
         return self._ask("write", {"name": name, "value": value})
 
     def svv_about(self, name: str) -> Any:
-        """Returns the properties of an SVV, a private cell or a channel: its type, unit, history, writers."""
+        """Returns the properties of an SVV, a private cell or a channel: its type, unit, history and
+        writers."""
         return self._ask("svv_about", {"name": name})
 
     def now(self) -> int:
@@ -281,7 +283,7 @@ class Calls(CallTransport):
         return self._ask("step")
 
     def emergency_stop(self, reason: str) -> None:
-        """Stops everything that moves, until `reset` is called."""
+        """Stops everything that moves. The stop is latched until `reset` is called."""
         return self._ask("emergency_stop", {"reason": reason})
 
     def emergency_stop_input(self, device: str, channel: str, at_zero: bool | None = None) -> None:
@@ -319,8 +321,8 @@ class Calls(CallTransport):
         return self._ask("enabling_switch", {"device": device, "channel": channel})
 
     def force(self, name: str, value: Any, who: str | None = None) -> int:
-        """Forces a signal, given by its logical device: an input has this value instead of its reading, an
-        output instead of its command. The force ends with the session that set it, when the device is
+        """Forces a signal, identified by its logical device: an input has this value instead of its reading,
+        an output instead of its command. The force ends with the session that set it, when the device is
         disabled or lost, and at an emergency stop; an alarm is active until then. Returns the number of the
         force."""
         return self._ask("force", {"name": name, "value": value, "who": who})
@@ -330,7 +332,7 @@ class Calls(CallTransport):
         return self._ask("unforce", {"name": name, "who": who})
 
     def forced(self) -> dict[str, Any]:
-        """Returns the forced signals, by their logical devices."""
+        """Returns the forced signals, by logical device."""
         return self._ask("forced")
 
     def define_alarm(self, said: Mapping[str, Any], code: str) -> None:
@@ -360,7 +362,7 @@ class Calls(CallTransport):
         return self._ask("shelve_alarm", {"number": number, "reason": reason, "for_ns": for_ns, "who": who})
 
     def unshelve_alarm(self, number: int, who: str | None = None) -> bool:
-        """Returns a shelved alarm to the list. Returns true if it was shelved."""
+        """Puts a shelved alarm back into the list. Returns true if it was shelved."""
         return self._ask("unshelve_alarm", {"number": number, "who": who})
 
     def restore_alarms(self, history: list[Any]) -> None:
@@ -449,7 +451,7 @@ class Calls(CallTransport):
     def replay(self, path: str, trust: list[str] | None = None, present: bool | None = None) -> Any:
         """Starts to replay a recording in a separate process, without affecting the system, and compares
         every value. Returns the number of the replay. Code modules in the recording run only if their SHA-256
-        digests are those of modules that the system has loaded at some time, or are in `trust`."""
+        digests match modules that the system has loaded at some time, or are in `trust`."""
         return self._ask("replay", {"path": path, "trust": trust, "present": present})
 
     def replaying(self, replay: int) -> Any:
@@ -470,11 +472,11 @@ class Calls(CallTransport):
         return self._ask("recorded", {"path": path})
 
     def recorded_at(self, path: str, time_ns: int, names: list[str] | None = None, topics: list[str] | None = None, known: dict[str, Any] | None = None) -> Any:
-        """Returns the state of a recording at a time."""
+        """Returns the state of a recording at a given time."""
         return self._ask("recorded_at", {"path": path, "time_ns": time_ns, "names": names, "topics": topics, "known": known})
 
     def recorded_messages(self, path: str, topic: str, since: int | None = None) -> Any:
-        """Returns messages of a channel without values, such as `/log` or `/ends`."""
+        """Returns messages of a channel that carries no values, such as `/log` or `/ends`."""
         return self._ask("recorded_messages", {"path": path, "topic": topic, "since": since})
 
     def recorded_span(self, path: str, names: list[str], from_ns: int, to_ns: int, columns: int, since: int | None = None) -> Any:
@@ -482,6 +484,6 @@ class Calls(CallTransport):
         return self._ask("recorded_span", {"path": path, "names": names, "from_ns": from_ns, "to_ns": to_ns, "columns": columns, "since": since})
 
     def recorded_firing(self, path: str, time_ns: int, back: bool | None = None) -> int | None:
-        """Returns the time of the next (or previous) firing in a recording that stored a value; null if there
-        is none."""
+        """Returns the time, in a recording, of the next (or previous) firing that stored a value; null if
+        there is none."""
         return self._ask("recorded_firing", {"path": path, "time_ns": time_ns, "back": back})

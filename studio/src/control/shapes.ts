@@ -81,7 +81,7 @@ export interface Alarms {
   current: Alarm[];
   /** Alarms that an operator has removed from the list of current alarms for a limited time. */
   shelved: Alarm[];
-  /** Alarms of the past, oldest first. */
+  /** Past alarms, oldest first. */
   history: Alarm[];
   /** Text of each code. */
   texts: { [name: string]: AlarmText };
@@ -100,9 +100,9 @@ export interface Application {
   placement: { [name: string]: string };
   /** Intervals changed by the application: label → ns. */
   every: { [name: string]: number };
-  /** Start values, if they are to be checked as well. */
+  /** Values passed to a start, if they are to be checked as well. */
   values?: { [name: string]: Value };
-  /** Logical device whose own verb this is. */
+  /** Logical device whose own verb this instance runs, if any. */
   owner: string | null;
   place: SourceLocation | null;
 }
@@ -118,17 +118,17 @@ export interface ApplicationRequest {
   placement?: { [name: string]: string };
   /** Intervals changed by the application: label → ns. */
   every?: { [name: string]: number };
-  /** Start values, if they are to be checked as well. */
+  /** Values passed to a start, if they are to be checked as well. */
   values?: { [name: string]: Value };
-  /** Logical device whose own verb this is. */
+  /** Logical device whose own verb this instance runs, if any. */
   owner?: string | null;
   place?: SourceLocation | null;
 }
 
-/** Treatment of a start that needs an item of a logical device that another verb holds. */
+/** Handling of a start that needs an item of a logical device held by another verb. */
 export type Arbitration = "refuse" | "queue" | "abort";
 
-/** Argument for an instantiation parameter or an object. */
+/** Argument of an instantiation parameter or object. */
 export type Argument = {
   svv: string;
 } | {
@@ -273,7 +273,7 @@ export interface Button {
   label: string;
   /** Verb to apply: an instance is created and started with these values. If it has no name, it is called `WORKSPACE.LABEL`. */
   start?: Application | null;
-  /** Instance, created by a program, to start instead. */
+  /** Instance to start instead, created by a program. */
   instance?: string | null;
   /** Start values of that instance: input parameter → value. */
   values?: { [name: string]: Value };
@@ -284,7 +284,7 @@ export interface ButtonRequest {
   label: string;
   /** Verb to apply: an instance is created and started with these values. If it has no name, it is called `WORKSPACE.LABEL`. */
   start?: ApplicationRequest | null;
-  /** Instance, created by a program, to start instead. */
+  /** Instance to start instead, created by a program. */
   instance?: string | null;
   /** Start values of that instance: input parameter → value. */
   values?: { [name: string]: Value };
@@ -405,11 +405,11 @@ export interface Composition {
   rename?: { [name: string]: string };
   /** `part.input` → fixed value of the input. */
   preset?: { [name: string]: Value };
-  /** Labels of blocks of which all parts use the same instance. */
+  /** Labels of shared blocks: all parts use the same instance. */
   share?: string[];
   /** True if the initial lists of all parts are merged into one. */
   together?: boolean;
-  /** Condition under which parts that run together end. */
+  /** Ending rule of parts that run together. */
   until?: TogetherUntil;
   place?: SourceLocation | null;
 }
@@ -435,7 +435,7 @@ export type DamagedPart = {
   /** Bounds on the times of the lost messages, ns on the system's clock, if the file contains them. */
   from_ns: number | null;
   to_ns: number | null;
-  /** Number of lost messages by channel: empty if none were lost, `None` if the file does not contain the numbers. */
+  /** Number of lost messages by channel: empty if none is lost, `None` if the file does not contain the numbers. */
   lost: { [name: string]: number } | null;
 };
 
@@ -451,7 +451,7 @@ export interface DeviceParameter {
   default: Value;
   unit: string;
   tunable: boolean;
-  /** Values that the parameter may have. */
+  /** Range of the parameter's values. */
   within?: Within | null;
   /** True if the PS keeps the value across a warm restart; if absent, true for a tunable parameter. */
   keep?: boolean | null;
@@ -461,7 +461,7 @@ export interface DeviceParameterRequest {
   default: Value;
   unit?: string;
   tunable?: boolean;
-  /** Values that the parameter may have. */
+  /** Range of the parameter's values. */
   within?: Within | null;
   /** True if the PS keeps the value across a warm restart; if absent, true for a tunable parameter. */
   keep?: boolean | null;
@@ -476,7 +476,7 @@ export interface DevicePart {
 /** Request to create a logical device. */
 export interface DeviceRequest {
   device_type: string;
-  /** Parameters that differ from the type's. */
+  /** Parameters whose values differ from those of the type. */
   parameters?: { [name: string]: Value };
   /**
    * Verb that operates the device, if it differs from the type's because the drive is commanded in a different way. Its parameters are
@@ -576,7 +576,8 @@ export interface DriverService {
 }
 
 /**
- * Reason why an active block becomes due: its interval or trigger, the blocks that drive it, or values from other sources and instances.
+ * Reason for which an active block becomes due: its interval or trigger, the blocks that drive it, or values from other sources and
+ * instances.
  */
 export type DueBy = "interval" | "driven" | "queued";
 
@@ -590,7 +591,7 @@ export interface End {
 
 /** A forced signal. */
 export interface ForcedSignal {
-  /** Number of the force, counted over the system. */
+  /** Number of the force, unique within the system. */
   number: number;
   /** Channel, `device.channel`. */
   channel: string;
@@ -598,9 +599,9 @@ export interface ForcedSignal {
   output: boolean;
   /** Value that replaces the reading or the command, in the unit of the channel. */
   value: Value;
-  /** Person or session that set the force. */
+  /** Person or session that forces the signal. */
   who: string;
-  /** Time on the system's clock at which the force was set, s. */
+  /** Time on the system's clock at which the signal was forced, s. */
   since_s: number;
 }
 
@@ -638,9 +639,9 @@ export interface FormInput {
 
 /** Groups of fused blocks, and blocks that are not fused. */
 export interface FusedBlocks {
-  /** True if tables use the available entry points, including those of future instances. */
+  /** True if tables use the available entry points. This also applies to future instances. */
   on: boolean;
-  /** Number of groups that have not been compiled yet; the next call of `fuse` continues with them. */
+  /** Number of groups that have not been compiled yet, with which `fuse` continues. */
   waiting: number;
   /** Groups of blocks, identified by their sources. */
   groups: FusedGroup[];
@@ -806,7 +807,7 @@ export interface InputParameter {
   unit: string;
   /** Minimum and maximum, checked before a start. */
   within: [Bound, Bound] | null;
-  /** SVV of an object to which the value is relative (`arm.commanded`, for a relative goal): the range applies to their sum. */
+  /** SVV of an object relative to which the value is given (`arm.commanded`, for a relative goal); the range applies to their sum. */
   counted_from: string | null;
   /** Attribute of an object, such as `arm.chain`, that the PS reads if a call omits the input. */
   member?: string | null;
@@ -825,7 +826,7 @@ export interface InputParameterRequest {
   unit?: string;
   /** Minimum and maximum, checked before a start. */
   within?: [Bound, Bound] | null;
-  /** SVV of an object to which the value is relative (`arm.commanded`, for a relative goal): the range applies to their sum. */
+  /** SVV of an object relative to which the value is given (`arm.commanded`, for a relative goal); the range applies to their sum. */
   counted_from?: string | null;
   /** Attribute of an object, such as `arm.chain`, that the PS reads if a call omits the input. */
   member?: string | null;
@@ -834,14 +835,14 @@ export interface InputParameterRequest {
   place?: SourceLocation | null;
 }
 
-/** Activation of a block, and the reason why it becomes due. */
+/** Activation of a block, and the reason for which it becomes due. */
 export interface InstalledActivation {
   /** True if the activation is active. */
   on: boolean;
   due: DueBy;
   /** Labels of the blocks that drive the activation. */
   by: string[];
-  /** Rate in each command list in which it is active. */
+  /** Rate in each command list in which the activation is active. */
   rates: { [name: string]: Rate };
   /** Time budget of one invocation, ns. */
   budget_ns: number | null;
@@ -959,7 +960,7 @@ export interface InstalledPort {
   doc: string;
   /** SVV, private cell, channel or constant to which the port is bound, by the name used in `read`, `svv_about` and the stream. */
   cell: string | null;
-  /** True if it is an input without a default. */
+  /** True if the port is an input without a default. */
   required: boolean;
   /** Cells of an array port that is bound to one cell per element. */
   cells?: string[] | null;
@@ -1051,7 +1052,7 @@ export interface Item {
    */
   range?: Range | null;
   doc: string;
-  /** True if the input may stay unbound. */
+  /** True if the input may be left unbound. */
   has_default: boolean;
   nonfinite: boolean;
   /** True if the number of elements is the block's size. */
@@ -1190,7 +1191,7 @@ export interface OpenSession {
   name: string;
   /** Time without a sign of life after which the session is considered lost, ms, 1,000 to 60,000. */
   lost_after_ms?: number;
-  /** True to take over a live session with that name, as the same caller. */
+  /** True to take over a live session with that name, which must belong to the same caller. */
   take_up?: boolean;
   /** Name of the person, which is shown to others; at most 64 characters. If omitted, an existing session keeps its person. */
   person?: string | null;
@@ -1211,7 +1212,7 @@ export type PanelKind = "plot" | "scene" | "values" | "verb" | "alarms" | "butto
 
 /** A part of a composed verb. */
 export interface Part {
-  /** Name of the verb from which the part was made. */
+  /** Name of the verb from which the part was created. */
   verb: string;
   /** Command list of the composed verb with which the part begins. */
   initial: string;
@@ -1260,7 +1261,7 @@ export interface PhysicalDevice {
 export interface PhysicalDeviceStatistics {
   /** Cause of the loss; null if the device is not lost. */
   lost: string | null;
-  /** Number of commands limited by their slew rate limit. */
+  /** Number of commands to which a slew rate limit was applied. */
   slew_limited: number;
   /** Counters of the driver, by name. */
   counters: { [name: string]: number };
@@ -1365,7 +1366,7 @@ export interface PlannedCell {
   size: number;
   align: number;
   unit: string;
-  /** Initial value at each start (private, constant), in bytes. */
+  /** Bytes with which a private or constant cell is initialised at each start. */
   initial: number[];
   /** Blocks of this plan, with their items, that write and read the cell. */
   writers: [number, number][];
@@ -1428,7 +1429,7 @@ export interface PlannedCondition {
   on: [number, number][];
   /** ν: indices into `outputs`. */
   returns: number[];
-  /** True if the end is normal, that is, raises no exception (`completed`; `returns` and no `raises`). */
+  /** True if the end is normal, that is, raises no exception: `completed`, or a condition that has `returns` and no `raises`. */
   normal: boolean;
   priority: number;
   /** Lists in which the condition holds; if empty, all. Conditions with the same name have no list in common. */
@@ -1437,7 +1438,7 @@ export interface PlannedCondition {
   alarm: string | null;
 }
 
-/** Reason why an active activation becomes due. */
+/** Reason for which an active activation becomes due. */
 export type PlannedDue = "Interval" | {
   Driven: {
     by: [number, number][];
@@ -1452,7 +1453,7 @@ export type PlannedDue = "Interval" | {
 export interface PlannedEnding {
   /** Index of the ending list. */
   list: number | null;
-  /** Limit of the ending list's running time, ns. */
+  /** Limit on the ending list's running time, ns. */
   limit_ns: number;
 }
 
@@ -1537,11 +1538,11 @@ export interface PlannedRequirement {
   remedy: string;
 }
 
-/** Section of a command list up to a wait. */
+/** Section of a command list, up to the next wait or the end of the list. */
 export interface PlannedStage {
   commands: PlannedCommand[];
   /**
-   * Wait that ends the stage. `None` at the end of the list, where the process continues until a condition occurs or no instance is
+   * Wait that ends the stage; `None` at the end of the list. The process then continues until a condition occurs or no instance is
    * active.
    */
   wait: PlannedWait | null;
@@ -1595,7 +1596,7 @@ export interface PortName {
 /** Value of an unbound port, or number of elements of a block; null if there is none. */
 export type PortValue = Value | number | null;
 
-/** Reason why two ports cannot be wired; if only one port is passed, a list with the reason for each other port. */
+/** Reason why two ports cannot be wired together; if only one port is passed, a list with the reason for every other port. */
 export type PortVerdicts = string | null | Verdict[];
 
 /** Result for a processor in its own process, or for several processors that share a process. */
@@ -1701,7 +1702,7 @@ export interface RecordedMessages {
   next: number | null;
 }
 
-/** Channels over a span. */
+/** Data of several channels over a span. */
 export interface RecordedSpan {
   channels: RecordedTrace[];
   /**
@@ -1721,13 +1722,13 @@ export interface RecordedSums {
   /** Sum of squares. */
   squares: number;
   /**
-   * Sum of squared differences from the mean, updated incrementally: deriving it from the sum of squares would lose precision for large
+   * Sum of squared differences from the mean, updated directly: deriving it from the sum of squares would lose precision for large
    * values.
    */
   spread: number;
 }
 
-/** One channel over a span. */
+/** Data of one channel over a span. */
 export interface RecordedTrace {
   /**
    * Samples: the last value stored before the span, then for each column the first value, the last value, and the values with the
@@ -1739,7 +1740,7 @@ export interface RecordedTrace {
   sums: RecordedSums[];
 }
 
-/** A started recording. */
+/** Answer to the call that starts a recording. */
 export interface RecordingBegun {
   /** Number of the recording. */
   recording: number;
@@ -1771,9 +1772,9 @@ export interface RecordingContents {
   ends: RecordedEnd[];
   /** Number of lost messages by channel; channels without losses are omitted. */
   lost: { [name: string]: number };
-  /** Unreadable parts of the file found so far: the content of a chunk is checked when it is first read. */
+  /** Unreadable parts of the file that have been found so far. The content of a chunk is checked when it is first read. */
   damage: DamagedPart[];
-  /** Description of the system in the file: `configuration` is the answer of the `configuration` call as JSON. */
+  /** Description of the system in the file: `configuration` is the answer to the `configuration` call as JSON. */
   metadata: { [name: string]: string };
 }
 
@@ -1816,7 +1817,7 @@ export interface Refusal {
   remedy?: string;
   /** Location to check first: that of the faulty definition. */
   place?: SourceLocation | null;
-  /** Parts of the definition that are concerned, the main one first. */
+  /** Parts of the definition involved, the main one first. */
   where?: Where[];
 }
 
@@ -1835,7 +1836,7 @@ export interface Region {
   row?: Region[];
   /** Regions arranged one above the other. */
   column?: Region[];
-  /** Panels in the same place, of which only one is visible. */
+  /** Regions in the same place, of which only one is visible at a time. */
   tabs?: Region[];
   /** Content of the panel. */
   panel?: PanelKind | null;
@@ -1863,7 +1864,7 @@ export interface RegionRequest {
   row?: RegionRequest[];
   /** Regions arranged one above the other. */
   column?: RegionRequest[];
-  /** Panels in the same place, of which only one is visible. */
+  /** Regions in the same place, of which only one is visible at a time. */
   tabs?: RegionRequest[];
   /** Content of the panel. */
   panel?: PanelKind | null;
@@ -1889,7 +1890,7 @@ export interface Remark {
   place: SourceLocation | null;
 }
 
-/** A replay that was started. */
+/** Answer to the call that starts a replay. */
 export interface ReplayBegun {
   /** Number of the replay. */
   replay: number;
@@ -1997,8 +1998,8 @@ export interface Report {
   /** Description of the cause. */
   message: string;
   /**
-   * Output values of all conditions that led to the end and of the last one: for each name the latest value, or null if it was not
-   * reported in this start.
+   * Output values of the condition that ended the verb and of all conditions that led to it: for each name the latest value, or null
+   * if it was not reported in this start.
    */
   outputs: { [name: string]: Value | null };
   others: Other[];
@@ -2059,7 +2060,7 @@ export interface ScopeChannel {
 
 /** Channels of a scope. */
 export interface ScopeHead {
-  /** Channels, in the order of the runs of its binary frames. */
+  /** Channels, in the order in which the binary frames number them. */
   channels: ScopeChannel[];
 }
 
@@ -2110,8 +2111,8 @@ export interface Shelving {
   who: string;
   reason: string;
   /**
-   * Time of the shelving, on the system's clock and on the wall clock (ns since the Unix epoch; if the system's clock is virtual, its
-   * time is used for both).
+   * Time at which the alarm was shelved, on the system's clock and on the wall clock (ns since the Unix epoch; if the system's clock
+   * is virtual, its time is used for both).
    */
   time_ns: number;
   wall_ns: number;
@@ -2129,8 +2130,8 @@ export interface ShelvingRequest {
   who: string;
   reason: string;
   /**
-   * Time of the shelving, on the system's clock and on the wall clock (ns since the Unix epoch; if the system's clock is virtual, its
-   * time is used for both).
+   * Time at which the alarm was shelved, on the system's clock and on the wall clock (ns since the Unix epoch; if the system's clock
+   * is virtual, its time is used for both).
    */
   time_ns: number;
   wall_ns: number;
@@ -2189,7 +2190,7 @@ export interface ShownValue {
   maximum?: number | null;
 }
 
-/** A block that runs separately. */
+/** A block that cannot be fused, and therefore runs on its own. */
 export interface SingleBlock {
   /** Label of the block, as `instance.label`. */
   block: string;
@@ -2233,7 +2234,7 @@ export interface SourceStatistics {
   firings: number;
   /** Number of releases skipped because the previous firing had not finished. */
   overruns: number;
-  /** Number of ratio values that were not available when their reader needed them. */
+  /** Number of ratio values that were missing when their reader needed them. */
   late: number;
   /** Number of invocations that faulted. */
   faults: number;
@@ -2272,7 +2273,7 @@ export interface SourceStatistics {
   rights_asked?: string[];
   /** True if a probe is measuring the source's blocks. */
   probed: boolean;
-  /** Times of the blocks measured by a probe since their installation. */
+  /** Durations of the blocks' invocations that a probe has measured since each block was installed. */
   blocks: BlockTimes[];
 }
 
@@ -2293,22 +2294,22 @@ export interface Statistics {
   emergency: string | null;
   paused: PausesInForce;
   mode: Mode;
-  /** Forced signals, by their logical devices. */
+  /** Forced signals, by logical device. */
   forced: { [name: string]: ForcedSignal };
   /** Privileges that the supervisor's thread requested from the operating system but was not granted. */
   supervisor_rights_missing: string[];
 }
 
-/** A line of the augmented τ. */
+/** An entry of the augmented τ. */
 export interface Step {
   /**
-   * Part, which stands for each of its lists that the condition ends, or a single list: `approach`, `approach.back_off`; or several of
-   * these.
+   * Parts or lists from which the entry leads: `approach`, `approach.back_off`. A part stands for each of its lists that the condition
+   * ends.
    */
   from: NameList;
   /** Condition, by its name in the composed verb or in the part; if absent, every normal end except a halt. */
   condition?: string | null;
-  /** Part, which stands for its initial list, or a single list. */
+  /** Target of the entry: a list, or a part, which stands for its initial list. */
   to: string;
   place?: SourceLocation | null;
 }
@@ -2342,18 +2343,15 @@ export interface StreamAnswer {
 export interface StreamFrame {
   /** Topic of the subscription. */
   subscribe?: Topic | null;
-  /** Client's name for the subscription. */
+  /** Name that the client chose for the subscription. */
   id?: string | null;
   /** Name of the subscription to end. */
   unsubscribe?: string | null;
   /** SVVs and cells to observe, for the topics `svvs` and `scope`. */
   names?: string[];
-  /**
-   * Period of observation, ms of wall-clock time: at least 10; at least 100 for `statistics` and `installed`; at most 1,000 for
-   * `scope`.
-   */
+  /** Observation period, ms of wall-clock time: at least 10; at least 100 for `statistics` and `installed`; at most 1,000 for `scope`. */
   every_ms?: number;
-  /** True if `svvs` are sent as base64-encoded bytes instead of values. */
+  /** True if the topic `svvs` sends base64-encoded bytes instead of values. */
   raw?: boolean;
   /** Number of the first entry of `log` or `ends` to send. */
   since?: number;
@@ -2406,11 +2404,11 @@ export interface SvvRequest {
   initial?: Initial | null;
   /** Number of previous values kept for Python. */
   history?: number;
-  /** Values that the PS may store. */
+  /** Range of values that the PS may store. */
   within?: Within | null;
   /** True if the PS keeps the value across a warm restart. */
   keep?: boolean | null;
-  /** Name of the system's SVV that all devices of the type share instead of having their own. */
+  /** Name of the system's SVV that all devices of the type share instead of each having its own. */
   shared?: string | null;
   types?: { [name: string]: string };
 }
@@ -2422,11 +2420,11 @@ export interface SvvSpecification {
   initial: Initial | null;
   /** Number of previous values kept for Python. */
   history: number;
-  /** Values that the PS may store. */
+  /** Range of values that the PS may store. */
   within: Within | null;
   /** True if the PS keeps the value across a warm restart. */
   keep?: boolean | null;
-  /** Name of the system's SVV that all devices of the type share instead of having their own. */
+  /** Name of the system's SVV that all devices of the type share instead of each having its own. */
   shared: string | null;
 }
 
@@ -2437,11 +2435,11 @@ export interface SvvSpecificationRequest {
   initial?: Initial | null;
   /** Number of previous values kept for Python. */
   history?: number;
-  /** Values that the PS may store. */
+  /** Range of values that the PS may store. */
   within?: Within | null;
   /** True if the PS keeps the value across a warm restart. */
   keep?: boolean | null;
-  /** Name of the system's SVV that all devices of the type share instead of having their own. */
+  /** Name of the system's SVV that all devices of the type share instead of each having its own. */
   shared?: string | null;
 }
 
@@ -2556,16 +2554,16 @@ export interface TerminationRequest {
 /** A time with its unit: `20 ms`. */
 export type Time = string;
 
-/** Condition under which parts that run together end. */
+/** Ending rule of parts that run together. */
 export type TogetherUntil = "any" | "all";
 
 /**
- * Topic of a stream. `scope` sends every value of some SVVs and private cells in binary frames; `installed` is sent at the start and
- * whenever it changes.
+ * Topic of a stream. `scope` sends every value of the selected SVVs and private cells in binary frames; `installed` is sent at the start
+ * and whenever it changes.
  */
 export type Topic = "svvs" | "log" | "ends" | "scope" | "statistics" | "installed";
 
-/** One line of τ. */
+/** One entry of τ. */
 export interface Transition {
   from: string;
   condition: string;
@@ -2573,7 +2571,7 @@ export interface Transition {
   place: SourceLocation | null;
 }
 
-/** One line of τ. */
+/** One entry of τ. */
 export interface TransitionRequest {
   from: string;
   condition: string;
@@ -2606,9 +2604,8 @@ export type Value = boolean | number | string | Value[] | { [name: string]: Valu
 /**
  * A verb (f_V, p_V, o_V, inst_V, χ, ψ, ω, c_V, t_V, τ, ν).
  *
- * The blocks, cells and lists of a composed verb (one with `parts`) carry the label of their part (`close.start`). So do the keys of
- * `conditions` and `output_values`, which may then have one entry for each part; [`Verb::reported`] returns the names that are used in
- * reports and τ.
+ * In a composed verb (one with `parts`), blocks, cells and lists carry the label of their part (`close.start`). So do the keys of
+ * `conditions` and `output_values`, which may then have one entry per part; [`Verb::reported`] returns their names in reports and τ.
  */
 export interface Verb {
   name: string;
@@ -2653,7 +2650,7 @@ export interface Verb {
   place: SourceLocation | null;
 }
 
-/** Class of a verb, one of the paper's two. */
+/** Class of a verb: one of the two defined in the paper. */
 export type VerbClass = "acts on devices" | "supports devices";
 
 /** Contents of a form for starting a verb. */
@@ -2673,9 +2670,8 @@ export interface VerbForm {
 /**
  * A verb (f_V, p_V, o_V, inst_V, χ, ψ, ω, c_V, t_V, τ, ν).
  *
- * The blocks, cells and lists of a composed verb (one with `parts`) carry the label of their part (`close.start`). So do the keys of
- * `conditions` and `output_values`, which may then have one entry for each part; [`Verb::reported`] returns the names that are used in
- * reports and τ.
+ * In a composed verb (one with `parts`), blocks, cells and lists carry the label of their part (`close.start`). So do the keys of
+ * `conditions` and `output_values`, which may then have one entry per part; [`Verb::reported`] returns their names in reports and τ.
  */
 export interface VerbRequest {
   name: string;
@@ -2755,8 +2751,8 @@ export interface Version {
   /** Name of the real-time system. */
   system: string;
   /**
-   * Identifier of this run of the system. It changes when the system restarts, and log entries and other items are then numbered from
-   * the start again.
+   * Identifier of this run of the system. It changes when the system restarts, because the numbering of log entries and other items
+   * then restarts as well.
    */
   run: string;
   clock: ClockName;
@@ -2826,7 +2822,7 @@ export interface WorkspaceAbout {
   operator: boolean;
   /** True if a program has supplied the workspace; people cannot change such a workspace. */
   shipped: boolean;
-  /** Revision number, which changes with every change. */
+  /** Revision number; every change assigns a new one. */
   revision: number;
 }
 
@@ -2877,7 +2873,7 @@ export type WrittenTermination = NameList | Termination;
 
 export type WrittenTerminationRequest = NameList | TerminationRequest;
 
-/** The calls, each with the lowest role that may make it, its arguments and its result. */
+/** The calls: the least role that may make each, its arguments, its answer. */
 export interface Calls {
   /** Creates a real-time processor. */
   processor: {
@@ -2886,7 +2882,7 @@ export interface Calls {
       name: string;
       /** CPU core to which the processor is bound. */
       core?: number | null;
-      /** true if the supervisor runs on the processor; by default it runs on the first one. */
+      /** True if the supervisor runs on the processor; by default it runs on the first one. */
       supervisor?: boolean;
       /** True for its own process, or the name of a shared process. */
       process?: InProcess;
@@ -2918,10 +2914,7 @@ export interface Calls {
     };
     result: null;
   };
-  /**
-   * Takes over processes whose system with this name was lost, and continues everything that runs in them; the system must be opened
-   * with "adopt": true.
-   */
+  /** Takes over processes that lost a system with this name, and continues everything that runs in them; the system must be opened with "adopt": true. */
   take_over: {
     role: "configure";
     arguments: Record<string, never>;
@@ -3031,7 +3024,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Sets the sources for blocks that are not placed otherwise: source by label pattern. */
+  /** Sets the placement of blocks that are not placed otherwise: label pattern → source. */
   place: {
     role: "configure";
     arguments: { [name: string]: string };
@@ -3049,22 +3042,19 @@ export interface Calls {
     arguments: GraphRequest;
     result: null;
   };
-  /** Returns all mistakes in a graph or a verb, each with "where". Does not define it. */
+  /** Returns all mistakes of a graph or a verb, each with its location in "where". Does not define it. */
   check_definition: {
     role: "observe";
     arguments: Drawing;
     result: Refusal[];
   };
-  /**
-   * Returns all mistakes in a graph or a verb, as `check_definition` does, and everything that an installation would refuse whatever the
-   * arguments: constants, defaults, members of objects, second writers in a list. Does not define it.
-   */
+  /** Returns all mistakes of a graph or a verb, as `check_definition` does, and everything that an installation would refuse regardless of the arguments: constants, defaults, members of objects, second writers in a list. Does not define it. */
   check_drawing: {
     role: "observe";
     arguments: Drawing;
     result: Refusal[];
   };
-  /** Returns the reason why two ports of a graph or a verb cannot be wired, or null if they can; without `to`, returns the reason for each other port. */
+  /** Returns the reason why two ports of a graph or a verb cannot be wired together, or null if they can; without `to`, returns the reason for every other port. */
   compatible: {
     role: "observe";
     arguments: ({
@@ -3327,7 +3317,7 @@ export interface Calls {
     };
     result: Report | null;
   };
-  /** Suspends an instance after its running step is complete. */
+  /** Suspends an instance after its current step is complete. */
   suspend: {
     role: "operate";
     arguments: {
@@ -3422,7 +3412,7 @@ export interface Calls {
     };
     result: Reading[];
   };
-  /** Returns the properties of an SVV, a private cell or a channel: its type, unit, history, writers. */
+  /** Returns the properties of an SVV, a private cell or a channel: its type, unit, history and writers. */
   svv_about: {
     role: "observe";
     arguments: {
@@ -3452,7 +3442,7 @@ export interface Calls {
     arguments: Record<string, never>;
     result: boolean;
   };
-  /** Stops everything that moves, until `reset` is called. */
+  /** Stops everything that moves. The stop is latched until `reset` is called. */
   emergency_stop: {
     role: "operate";
     arguments: {
@@ -3529,18 +3519,14 @@ export interface Calls {
     };
     result: null;
   };
-  /**
-   * Forces a signal, identified by its logical device: an input has this value instead of its reading, an output instead of its command.
-   * The force ends with the session that set it, when the device is disabled or lost, and at an emergency stop; an alarm is active until
-   * then. Returns the number of the force.
-   */
+  /** Forces a signal, identified by its logical device: an input has this value instead of its reading, an output instead of its command. The force ends with the session that set it, when the device is disabled or lost, and at an emergency stop; an alarm is active until then. Returns the number of the force. */
   force: {
     role: "configure";
     arguments: {
       name: string;
       /** Value in the unit of the signal's channel. */
       value: Value;
-      /** Person or session that sets the force; set by the control interface to its caller. */
+      /** Person or session that forces the signal; set by the control interface to its caller. */
       who?: string | null;
     };
     result: number;
@@ -3550,12 +3536,12 @@ export interface Calls {
     role: "operate";
     arguments: {
       name?: string | null;
-      /** Person or session that ends the force; set by the control interface to its caller. */
+      /** Person or session that releases the signal; set by the control interface to its caller. */
       who?: string | null;
     };
     result: string[];
   };
-  /** Returns the forced signals, by their logical devices. */
+  /** Returns the forced signals, by logical device. */
   forced: {
     role: "observe";
     arguments: Record<string, never>;
@@ -3617,7 +3603,7 @@ export interface Calls {
     };
     result: null;
   };
-  /** Returns a shelved alarm to the list. Returns true if it was shelved. */
+  /** Puts a shelved alarm back into the list. Returns true if it was shelved. */
   unshelve_alarm: {
     role: "operate";
     arguments: {
@@ -3742,7 +3728,7 @@ export interface Calls {
     };
     result: Workspace;
   };
-  /** Returns all mistakes in a workspace in the current system: those in its structure, and references to missing items. */
+  /** Returns all mistakes of a workspace in the current system: those in its structure, and references to missing items. */
   check_workspace: {
     role: "observe";
     arguments: WorkspaceRequest;
@@ -3792,7 +3778,7 @@ export interface Calls {
     };
     result: RecordingSummary;
   };
-  /** Starts to replay a recording in a separate process, without affecting the system, and compares every value. Returns the number of the replay. Code modules in the recording run only if their SHA-256 digests are those of modules that the system has loaded at some time, or are in `trust`. */
+  /** Starts to replay a recording in a separate process, without affecting the system, and compares every value. Returns the number of the replay. Code modules in the recording run only if their SHA-256 digests match modules that the system has loaded at some time, or are in `trust`. */
   replay: {
     role: "configure";
     arguments: {
@@ -3840,7 +3826,7 @@ export interface Calls {
     };
     result: RecordingContents;
   };
-  /** Returns the state of a recording at a time. */
+  /** Returns the state of a recording at a given time. */
   recorded_at: {
     role: "observe";
     arguments: {
@@ -3856,7 +3842,7 @@ export interface Calls {
     };
     result: RecordedAt;
   };
-  /** Returns messages of a channel without values, such as `/log` or `/ends`. */
+  /** Returns messages of a channel that carries no values, such as `/log` or `/ends`. */
   recorded_messages: {
     role: "observe";
     arguments: {
@@ -3882,7 +3868,7 @@ export interface Calls {
     };
     result: RecordedSpan;
   };
-  /** Returns the time of the next (or previous) firing in a recording that stored a value; null if there is none. */
+  /** Returns the time, in a recording, of the next (or previous) firing that stored a value; null if there is none. */
   recorded_firing: {
     role: "observe";
     arguments: {
@@ -3895,5 +3881,5 @@ export interface Calls {
   };
 }
 
-/** The long-running calls, which are continued in slices. */
+/** The calls that last, and go on in slices. */
 export const LASTING: ReadonlySet<string> = new Set(["device_service", "scan_devices", "device_served", "wait_enabled", "disable", "perform", "performed", "wait", "halt", "advance", "pause", "paused"]);
