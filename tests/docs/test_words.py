@@ -46,7 +46,6 @@ STUDIO = [
 ]
 MESSAGES = [
     ('refuse(CallError, f"\'{name}\' is no verb", "give a verb")', ".py"),
-    ("raise ValueError(f\"there is no file '{path}'\")", ".py"),
     ("refuse(CallError, f\"group '{name}' is given {device!r}\")", ".py"),
     ('print("the file has two heads: mend it first")', ".py"),
     ('parser.add_argument("--all", help="go on after a check that failed")', ".py"),
@@ -54,7 +53,6 @@ MESSAGES = [
     ('remedy = "give each part a name of its own"', ".py"),
     ('log("block %s begins anew: its type differs")', ".py"),
     ("const wrong = `'${text}' is no ratio: write a whole number`;", ".ts"),
-    ('throw new Error("there is no trace on the screen");', ".ts"),
     ('const said = "what is known of it is told elsewhere";', ".ts"),
     ("  return <p>Look at the table beside it.</p>;", ".tsx"),
 ]

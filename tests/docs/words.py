@@ -65,7 +65,6 @@ WORDS = [(re.compile(rf"\b({pattern})\b", re.IGNORECASE), better) for pattern, b
 MESSAGES = {
     r"(?<!there )(is|are|was|were) no (?!longer|more\b|sooner)": '"is not a …", "does not exist"',
     r"(is|are|was|were) none(?! of)": '"is not one", or say what it is',
-    r"there (is|are|was|were) (no|an?) ": "make the missing thing the subject: \"file 'a' does not exist\", \"arm 'a' is unknown\"",
     r"looks? at": "check, view",
     r"mend(s|ed)?": "fix",
     r"anew": "again",
@@ -76,7 +75,7 @@ MESSAGES = {
     r"(has|have) to be|(is|are) to be": "must be",
     r"(is|are) not known": "is unknown",
     r"(goes|go) on": "continue, resume, keep running",
-    r"for ever": "forever",
+    r"for ever\b": "forever",
     r"way-points?": "waypoint",
     r"said of": "name the entries",
     r"(which|that) ('[^']*'|\{\}|it|FMI 2) has not": '"which … does not have"',

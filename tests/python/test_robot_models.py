@@ -107,7 +107,7 @@ def test_a_model_of_several_files_needs_a_place_and_one_of_one_file_none(tmp_pat
     robots.load("ur5e", clock="virtual").system.close()
     with pytest.raises(gpac.ModuleError, match=r"models cannot be stored in '.*/taken/models': .*; set OPENGPAC_COMPILED"):
         robots.load("ur5e", clock="virtual", tool="two_finger")
-    with pytest.raises(gpac.ModuleError, match=r"'arm.xml' cannot be stored in '.*/taken/gone': .*; free space there"):
+    with pytest.raises(gpac.ModuleError, match=r"'arm.xml' cannot be stored in '.*/taken/gone': .*; free up space there"):
         keep(tmp_path / "taken" / "gone" / "arm.xml", b"<mujoco/>")
 
 

@@ -362,7 +362,7 @@ fn block_times_are_taken_while_somebody_looks() {
     );
     assert!(block["max_ns"].as_u64() >= block["last_ns"].as_u64());
     assert!(refused(&system, "probe", r#"{ "source": "rtp0.fats", "for_ns": 1 }"#).contains("rtp0.fast"));
-    assert!(refused(&system, "probe", r#"{ "for_ns": 3600000000001 }"#).contains("at most an hour"));
+    assert!(refused(&system, "probe", r#"{ "for_ns": 3600000000001 }"#).contains("at most one hour"));
 }
 
 /// Calls of the operate role that cannot start any motion.

@@ -171,7 +171,7 @@ fn a_driver_that_opens_a_plant_anew_cuts_the_one_before_off() {
     let later = until("three more steps", || state(&name).ok().filter(|state| state.steps > steps + 3));
     assert_eq!(position(&later), 0.0, "nobody reads what it commands");
     assert_eq!(before.try_read(0), Ok(()));
-    assert!(before.try_read(600 * MS).is_err_and(|error| error.contains("not made a step")));
+    assert!(before.try_read(600 * MS).is_err_and(|error| error.contains("not executed a step")));
     // Its close must not remove the plant, which belongs to the new device.
     before.driver.close();
     after.set("a.effort", &[1.0]);

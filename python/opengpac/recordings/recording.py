@@ -91,7 +91,7 @@ class Recording:
 
     @property
     def free_bytes(self) -> int | None:
-        """Number of free bytes on the disk at the latest write; None if unknown."""
+        """Number of free bytes on the disk at the latest write; `None` if this number is unknown."""
         return self._summary["free_bytes"]
 
     @property

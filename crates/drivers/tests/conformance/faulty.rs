@@ -217,7 +217,7 @@ static uint8_t shines = 2;
     pushes_the_wrong_way: "? self->gain * effort : 0.0;" => "? -self->gain * effort : 0.0;",
         ["moves-alone"], "when 'belt' alone is commanded to move up, and by 5.";
     freezes_late: "    set_number(readings, self->position, place);" => "    if (*self->exchanges < 1500) set_number(readings, self->position, place);",
-        ["moves-late"], "after 2000 firings 'belt.position' stays the same";
+        ["moves-late"], "after 2000 firings 'belt.position' does not change when";
     velocity_in_degrees: "    set_number(readings, self->velocity, self->speed);" => "    set_number(readings, self->velocity, self->speed * 57.29577951308232);",
         ["velocity-size"], "'belt.position' changes by 5.000e-2 within 0.050 s while 'belt.velocity' is 5.730e1 on average";
     velocity_in_turns: "    set_number(readings, self->velocity, self->speed);" => "    set_number(readings, self->velocity, self->speed / 6.283185307179586);",
