@@ -19,4 +19,20 @@ pub mod span;
 pub mod takeover;
 pub mod window;
 
+use opengpac::read::{BlockFace, TypeFace};
+use std::sync::LazyLock;
+
+/// Returns the interfaces of the blocks and of the struct types, which are read once: there are hundreds, and each system and each trial
+/// needs them.
+pub fn faces() -> &'static (Vec<BlockFace>, Vec<TypeFace>) {
+    static FACES: LazyLock<(Vec<BlockFace>, Vec<TypeFace>)> = LazyLock::new(|| {
+        let types: Vec<TypeFace> = types().iter().map(|of| TypeFace::read(of).expect(SOUND)).collect();
+        let blocks = blocks().iter().map(|of| BlockFace::read(of, &types).expect(SOUND)).collect();
+        (blocks, types)
+    });
+    &FACES
+}
+
+const SOUND: &str = "the library's own blocks are valid, which its tests check";
+
 include!(concat!(env!("OUT_DIR"), "/blocks.rs"));

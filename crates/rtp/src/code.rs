@@ -3,7 +3,7 @@
 use crate::module::{LIBRARY, Module};
 use modules::{LoadOptions, Probe};
 use opengpac::abi::Descriptor;
-use opengpac::read::{BlockFace, TypeFace};
+use opengpac::read::BlockFace;
 use runtime::encoding::CodeName;
 use std::any::Any;
 use std::collections::HashMap;
@@ -21,10 +21,8 @@ pub struct Code {
 impl Code {
     /// Creates a registry that contains only the library. `probe`: tries modules before they are loaded.
     pub fn new(probe: Probe) -> Code {
-        let types: Vec<TypeFace> = library::types().iter().filter_map(|of| TypeFace::read(of).ok()).collect();
-        let faces: Vec<BlockFace> = library::blocks().iter().filter_map(|of| BlockFace::read(of, &types).ok()).collect();
         let mut code = Code { known: HashMap::new(), probe };
-        code.enter(LIBRARY, &faces, &(Arc::new(Module::library()) as Keeper));
+        code.enter(LIBRARY, &library::faces().0, &(Arc::new(Module::library()) as Keeper));
         code
     }
 

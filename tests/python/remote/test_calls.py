@@ -145,7 +145,7 @@ def test_a_mistake_in_code_is_shown_at_its_line(far: gpac.System, tmp_path: Path
 def test_a_wait_has_an_end_and_may_be_gone_on_with(far: gpac.System) -> None:
     joint = swing.build(far).enable()
     instance = swing.swing().on(far.sources["rtp0.slow"]).asynch(joint, seconds=1.0)
-    with pytest.raises(TimeoutError, match=r"did not end within 0.25 s and is running"):
+    with pytest.raises(TimeoutError, match=r"did not end within 0.25 s; its state is 'running'"):
         instance.wait("250 ms")
     assert 0.25 <= far.now < 0.5
     instance.suspend()

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Trial of a block without a system, guarded like firings: a failure is a fault of the block and does not end this process.
-use crate::definitions::download::{library_faces, load};
+use crate::definitions::download::load;
 use crate::refuse::{refuse, unknown};
 use indexmap::IndexMap;
 use model::interface::{Interface, Item, Kind};
@@ -48,14 +48,16 @@ pub fn trial(module: &str, block: &str, given: TrialRequest, python: &str) -> Re
         let message = format!("a trial of {} invocations is too long", given.times);
         return Err(refuse(Class::OutOfRange, message, format!("ask for at most {TIMES_MAX}")));
     }
+    let loaded;
     let (faces, types) = if module == "library" {
-        library_faces()
+        let (faces, types) = library::faces();
+        (faces, types)
     } else {
-        let loaded = load(Path::new(module), python)?;
-        (loaded.blocks, loaded.types)
+        loaded = load(Path::new(module), python)?;
+        (&loaded.blocks, &loaded.types)
     };
-    let names: Vec<String> = faces.iter().map(|f| f.name.clone()).collect();
-    let Some(face) = faces.into_iter().find(|f| f.name == block) else { return Err(unknown("block", block, names.iter().map(String::as_str))) };
+    let names = || faces.iter().map(|f| f.name.as_str());
+    let Some(face) = faces.iter().find(|f| f.name == block).cloned() else { return Err(unknown("block", block, names())) };
     let declarations: IndexMap<String, String> = types.iter().map(|t| (t.name.clone(), t.declaration.clone())).collect();
     let interface = crate::definitions::faces::interface(module, &face, &declarations);
     let size = size_of(&interface, &given.values, &given.inputs)?;

@@ -13,11 +13,8 @@ use std::sync::Arc;
 impl System {
     /// Adds the library's blocks as module `library`.
     pub(crate) fn enter_library(&self) {
-        let types: Vec<_> = library::types().iter().filter_map(|t| opengpac::read::TypeFace::read(t).ok()).collect();
-        let blocks = library::blocks();
-        let faces: Vec<_> =
-            blocks.iter().map(|d| opengpac::read::BlockFace::read(d, &types).expect("the library's own blocks are in order: its tests check it")).collect();
-        self.enter_module("library", &faces, &types, Arc::new(rtp::Module::library()));
+        let (faces, types) = library::faces();
+        self.enter_module("library", faces, types, Arc::new(rtp::Module::library()));
     }
 
     /// Adds blocks that are part of this program (Rust blocks linked into it) as module `module`; an existing module with this name is

@@ -5,7 +5,6 @@ use indexmap::IndexMap;
 use model::interface::Interface;
 use model::refusal::{Class, Refusals, SourceLocation};
 use modules::{BuildError, BuildOptions, LoadError, LoadOptions, Probe};
-use opengpac::read::{BlockFace, TypeFace};
 use std::path::{Path, PathBuf};
 
 /// Loads a module; fails with `ModuleError` if the file is faulty.
@@ -37,13 +36,7 @@ pub fn build(sources: &[PathBuf], output: Option<PathBuf>, python: &str) -> Resu
 
 /// Returns the interfaces of the library's blocks.
 pub fn library() -> Vec<Interface> {
-    let (faces, types) = library_faces();
+    let (faces, types) = library::faces();
     let types: IndexMap<String, String> = types.iter().map(|t| (t.name.clone(), t.declaration.clone())).collect();
     faces.iter().map(|face| crate::definitions::faces::interface("library", face, &types)).collect()
-}
-
-pub(crate) fn library_faces() -> (Vec<BlockFace>, Vec<TypeFace>) {
-    let types: Vec<TypeFace> = library::types().iter().filter_map(|t| TypeFace::read(t).ok()).collect();
-    let read = |d: &&'static opengpac::abi::Descriptor| BlockFace::read(d, &types).ok();
-    (library::blocks().iter().filter_map(read).collect(), types)
 }
