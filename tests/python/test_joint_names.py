@@ -47,7 +47,7 @@ def test_two_that_shorten_to_one_are_told_apart(arm: gpac.robots.Arm) -> None:
     assert arm.short_names == ["left.elbow", "right.elbow", "arm/wrist 1", "größe", "arm/größe", "j"] == arm._ipython_key_completions_()
     assert arm["größe"] is arm["Schlüssel.größe"] is not arm["arm/größe"]
     for both in (lambda: arm["elbow"], lambda: arm.elbow):
-        with pytest.raises(gpac.UnknownName, match=r"has 2 devices 'elbow'; name one of them: 'left\.elbow', 'right\.elbow'"):
+        with pytest.raises(gpac.UnknownName, match=r"has 2 devices named 'elbow'; use a longer name: 'left\.elbow', 'right\.elbow'"):
             both()
     with pytest.raises(gpac.UnknownName, match=r"did you mean 'left\.elbow'\?"):
         arm["left.ellbow"]
@@ -72,7 +72,7 @@ def test_values_by_name_reach_the_joint_that_they_name(arm: gpac.robots.Arm) -> 
     goal: dict[str, float | str] = {"right.elbow": 0.3, "arm/wrist 1": -0.2}
     assert gpac.motion.move_absolute(arm, goal).condition == "arrived"
     assert arm.values("sensed") == pytest.approx([before[0], 0.3, -0.2, *before[3:]], abs=1e-3)
-    with pytest.raises(gpac.UnknownName, match=r"names 'elbow', which is not a member of group 'odd'; name one of them: 'left\.elbow'"):
+    with pytest.raises(gpac.UnknownName, match=r"names 'elbow', which is not a member of group 'odd'; use a longer name: 'left\.elbow'"):
         gpac.motion.move_absolute(arm, {"elbow": 0.3})
 
 

@@ -117,7 +117,7 @@ def test_another_version_of_a_package_says_which_is_meant(tmp_path: Path, monkey
 
 @pytest.mark.parametrize(("wrong", "meant"), [("pandas", "panda"), ("ur5ee", "ur5e"), ("iiwa15", "iiwa14"), ("xarn7", "xarm7")])
 def test_a_wrong_name_is_told_which_was_meant(wrong: str, meant: str) -> None:
-    with pytest.raises(gpac.UnknownName, match=rf"arm '{wrong}' is unknown.*{meant}"):
+    with pytest.raises(gpac.UnknownName, match=rf"there is no arm '{wrong}'.*{meant}"):
         gpac.robots.load(wrong, clock="virtual")
 
 

@@ -76,7 +76,7 @@ BROKEN = {
     "safe state raises": (SAFE, "        self.valve.shut()\n", "class-life", "safe_state() raises AttributeError"),
     "safe state raises late": (SAFE, "        if self.seen > 5: 1 / 0\n", "class-life", "safe_state() raises ZeroDivisionError"),
     "close raises": (CLOSE, "        self.port.close()\n", "class-life", "close() raises AttributeError"),
-    "reading is a text": ("= 0.1 * self.speed", "= 'fast'", "class-life", "channel 'flow' (double) is given 'fast'"),
+    "reading is a text": ("= 0.1 * self.speed", "= 'fast'", "class-life", "channel 'flow' (double) cannot hold 'fast'"),
     "reading is None": ("= 0.1 * self.speed", "= None", "class-life", "channel 'flow' (double) cannot hold None"),
     "reading too wide": ("self.state = 1", "self.state = 40000", "class-life", "channel 'state' (int16_t) cannot hold 40000"),
     "array too long": ("[1.0, 2.0]", "[1.0, 2.0, 3.0]", "class-life", "channel 'parts' (float[2]) cannot hold"),
@@ -97,7 +97,7 @@ BROKEN = {
         "class-readings",
         "OSError: gone at exchange 251",
     ),
-    "overflows late": ("self.state = 1", "self.state = self.seen * 100", "class-readings", "channel 'state' (int16_t) is given 32800"),
+    "overflows late": ("self.state = 1", "self.state = self.seen * 100", "class-readings", "channel 'state' (int16_t) cannot hold 32800"),
     "prints": (SEEN, SEEN + "        print('reading', self.seen)\n", "class-prints", "bytes in 20 exchanges"),
     "prints to standard error": (SEEN, SEEN + "        os.write(2, b'reading')\n", "class-prints", "it prints 140 bytes in 20"),
     "counter falls": (
@@ -144,7 +144,7 @@ BROKEN = {
         OPEN,
         OPEN + "        threading.Thread(target=threading.Event().wait, daemon=True).start()\n",
         "class-threads",
-        "5 lives leave 5 threads",
+        "5 restarts leak 5 threads",
     ),
     "list grows": (SEEN, SEEN + "        KEPT.append(float(self.seen))\n", "class-memory", " bytes"),
     "buffers grow": (SEEN, SEEN + "        KEPT.append(bytearray(100))\n", "class-memory", " bytes"),
@@ -163,7 +163,7 @@ BROKEN |= {
     "recursion": (SEEN, SEEN + "        self.exchange()\n", "class-life", "exchange() raises RecursionError"),
     "no exchange": ("    def exchange(self):\n", "    def exchanges_with(self):\n", "class-life", "exchange() raises NotImplementedError"),
     "age of a text": (SEEN, "        self.seen += 1; return 'now'\n", "class-life", "exchange() cannot return 'now'"),
-    "age below 0": (SEEN, "        self.seen += 1; return -0.5\n", "class-life", "exchange() returns -0.5"),
+    "age below 0": (SEEN, "        self.seen += 1; return -0.5\n", "class-life", "exchange() cannot return -0.5"),
     "computes for long": (
         SEEN,
         SEEN + "        for _ in range(2_000_000): pass\n",
@@ -188,7 +188,7 @@ BROKEN |= {
         "            self.arm.position = self.arm.goal\n",
         "            pass\n",
         "class-parts",
-        "'arm' stays the same while it is pushed each way",
+        "'arm' does not change when it is commanded to move in either direction",
     ),
     "part ignores its effort": (
         "            self.belt.position += 0.01 * push\n"[4:],
@@ -208,7 +208,7 @@ BROKEN |= {
         "else 0.0\n        self.belt.velocity",
         "else 0.3\n        self.belt.velocity",
         "class-parts",
-        "although nothing commands it",
+        "without a command",
     ),
     "position frozen late": (
         "self.belt.position += 0.01 * push",
@@ -232,7 +232,7 @@ BROKEN |= {
         OPEN,
         OPEN + "        os.posix_spawnp('true', ['true'], os.environ)\n",
         "class-processes",
-        "5 lives leave 5 processes",
+        "5 restarts leak 5 processes",
     ),
 }
 
