@@ -6,7 +6,7 @@ use crate::shapes::Shapes;
 use crate::{ALARMS, GEOMETRY, INSTALLED, STATISTICS};
 use serde::Serialize;
 use serde_json::json;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use supervisor::{Alarm, AlarmList, InstalledInstances, InstanceState, System};
 
 const SECOND_NS: i64 = 1_000_000_000;
@@ -22,6 +22,7 @@ pub(crate) struct State {
     alarms: String,
     /// Time of the last record of alarms; before the first record, the time at which the recording started.
     alarms_ns: i64,
+    alarm_times: AlarmTimes,
     next_ns: i64,
     soon_ns: i64,
     happened: bool,
@@ -37,6 +38,7 @@ impl State {
             structure: String::new(),
             alarms: String::new(),
             alarms_ns: now_ns,
+            alarm_times: AlarmTimes::default(),
             next_ns: now_ns,
             soon_ns: now_ns,
             happened: false,
@@ -96,7 +98,7 @@ impl State {
         if text != self.alarms {
             self.alarms = text;
             // An observation is later than the change that it observes, under the virtual clock by seconds.
-            let changed_ns = changed_ns(&alarms).filter(|&ns| ns > self.alarms_ns && ns <= now_ns);
+            let changed_ns = self.alarm_times.newest(&alarms).filter(|&ns| ns >= self.alarms_ns && ns <= now_ns);
             self.alarms_ns = changed_ns.unwrap_or(now_ns);
             self.put(page, ALARMS, self.alarms_ns, &alarms);
         }
@@ -110,10 +112,19 @@ impl State {
     }
 }
 
-/// Returns the time at which any alarm was last raised, cleared or acknowledged.
-fn changed_ns(alarms: &AlarmList) -> Option<i64> {
-    let times = |alarm: &Alarm| [Some(alarm.time_ns), alarm.returned_ns, alarm.acknowledged_ns];
-    alarms.current.iter().chain(&alarms.history).flat_map(times).flatten().max()
+/// Times at which each alarm was raised, cleared and acknowledged, as last observed.
+#[derive(Default)]
+struct AlarmTimes(HashSet<(u64, i64)>);
+
+impl AlarmTimes {
+    /// Stores the times of a list. Returns the latest one that has not been observed before.
+    fn newest(&mut self, alarms: &AlarmList) -> Option<i64> {
+        let times = |alarm: &Alarm| [Some(alarm.time_ns), alarm.returned_ns, alarm.acknowledged_ns].map(|ns| ns.map(|ns| (alarm.number, ns)));
+        let observed: HashSet<_> = alarms.current.iter().chain(&alarms.history).flat_map(times).flatten().collect();
+        let newest = observed.difference(&self.0).map(|(_, ns)| *ns).max();
+        self.0 = observed;
+        newest
+    }
 }
 
 fn without_states(installed: &InstalledInstances) -> InstalledInstances {
@@ -127,4 +138,50 @@ fn without_states(installed: &InstalledInstances) -> InstalledInstances {
 
 fn text_of(message: &impl Serialize) -> String {
     serde_json::to_string(message).expect("an answer of the supervisor has a JSON form")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use interconnect::Memory;
+    use runtime::ClockKind;
+
+    #[test]
+    fn an_alarm_is_recorded_at_the_time_at_which_it_was_raised_even_if_that_is_the_time_of_the_last_record() {
+        let system = System::new("cell", ClockKind::Virtual { seed: 1 }, Box::new(Memory)).unwrap();
+        let text = serde_json::from_value(json!({"text": "the drive is too warm", "severity": "medium"})).unwrap();
+        system.define_alarm("hot", text).unwrap();
+        let (mut state, mut page) = (State::new(system.observer()), Page::default());
+        system.advance(2 * SECOND_NS).unwrap();
+        state.drain(&mut page, true);
+        for source in ["drive", "motor"] {
+            system.raise_alarm("hot", source, "").unwrap();
+            system.advance(8 * SECOND_NS).unwrap();
+            state.drain(&mut page, true);
+        }
+        system.raise_alarm("hot", "brake", "").unwrap();
+        system.advance(8 * SECOND_NS).unwrap();
+        state.drain(&mut page, true);
+        let channel = state.channels[ALARMS];
+        let times: Vec<i64> = page.entries.iter().filter(|entry| entry.channel == channel).map(|entry| entry.time_ns / SECOND_NS).collect();
+        assert_eq!(times, [2, 2, 10, 18]);
+    }
+
+    #[test]
+    fn of_two_alarms_that_were_raised_at_one_time_the_second_is_new() {
+        let system = System::new("cell", ClockKind::Virtual { seed: 1 }, Box::new(Memory)).unwrap();
+        system.define_alarm("hot", serde_json::from_value(json!({"text": "the drive is too warm"})).unwrap()).unwrap();
+        for source in ["drive", "motor"] {
+            system.raise_alarm("hot", source, "").unwrap();
+        }
+        let list = |first: usize, last: usize| {
+            let mut alarms = system.alarms();
+            alarms.current = alarms.current[first..last].to_vec();
+            alarms
+        };
+        let mut times = AlarmTimes::default();
+        assert_eq!(times.newest(&list(0, 1)), Some(0));
+        assert_eq!(times.newest(&list(0, 2)), Some(0));
+        assert_eq!(times.newest(&list(1, 2)), None, "only an alarm has gone");
+    }
 }
