@@ -143,6 +143,27 @@ def test_a_transition_in_the_firing_that_reads_the_emergency_input_is_part_of_th
     assert [passed.time for passed in report.way] == sorted(passed.time for passed in report.way)
 
 
+def test_an_ending_list_that_began_in_the_firing_that_reads_the_emergency_input_is_not_part_of_the_way(rig: Rig) -> None:
+    """No transition leads to it: the condition that began it is one of the others."""
+    svvs, slides = of_svvs(rig, 1), Slides(rig)
+    verb = rig.counting(
+        "releasing",
+        command_lists={"start": [activate("count", every="1 ms")], "release": [gpac.wait("3 ms")]}, initial="start", ending="release",
+    ).on(rig.fast)  # fmt: skip
+    told = Counter[str]()
+    for limit in range(2, 12):
+        vi = verb.asynch(svvs["y0"], limit=limit)
+        rig.cell.advance("3.5 ms")
+        slides.press()
+        rig.cell.advance("20 ms")
+        report = vi.report
+        assert report is not None and report.way == (), (limit, report, report and report.way)
+        told[report.condition] += 1
+        told["both"] += [other.condition for other in report.others] == ["enough"]
+        rig.cell.reset()
+    assert told["enough"] and told["emergency_stop"] and told["both"], told
+
+
 # ---- random compositions ----
 
 

@@ -165,6 +165,8 @@ impl Core {
             if runs && told.acted && told.stage.is_some_and(|stage| self.instances[&id].is_ending_unnoticed(stage)) {
                 self.course(id).concluded_by_kernel(told.source, cause, &told.captured);
             } else if let Some((list, 0)) = led_to
+                // The ending list is not part of τ: the condition that began it is one of the others.
+                && self.instances[&id].plan.ending.list != Some(list)
                 && cause.condition < self.instances[&id].plan.conditions.len()
                 && self.course(id).led_on_before_take(told.source, told.generation, list, &cause, &told.captured)
             {

@@ -34,7 +34,7 @@ impl Course<'_> {
     }
 
     /// Records a transition that a kernel made in the firing in which the condition occurred, before the supervisor took the process for
-    /// another reason. Returns false if the condition did not lead to another list.
+    /// another reason. Returns false if the supervisor has not taken the process from `generation`.
     pub fn led_on_before_take(&mut self, source: SourceId, generation: u32, list: usize, cause: &Cause, captured: &[u8]) -> bool {
         let id = self.id;
         let Some(instance) = self.core.instances.get_mut(&id) else { return false };

@@ -26,7 +26,9 @@ struct BeforeTake {
     generation: u32,
     list: usize,
     /// Number of steps recorded since then.
-    later: usize,
+    steps: usize,
+    /// Distinct conditions of these steps.
+    conditions: Vec<usize>,
 }
 
 impl Way {
@@ -38,29 +40,31 @@ impl Way {
         self.captures.forget(&of.plan.conditions[cause.condition].returns);
         self.captures.expect_nothing();
         if let Some(before) = &mut self.before_take {
-            before.later += 1;
+            before.steps += 1;
+            if !before.conditions.contains(&cause.condition) {
+                before.conditions.push(cause.condition);
+            }
         }
     }
 
     /// Notes that the supervisor takes a process of this generation, whose last reported list is `list`.
     pub fn process_taken(&mut self, generation: u32, list: usize) {
-        self.before_take = Some(BeforeTake { generation, list, later: 0 });
+        self.before_take = Some(BeforeTake { generation, list, steps: 0, conditions: Vec::new() });
     }
 
     /// Records a transition to `list` that a kernel made before the supervisor took the process, and that is reported only now: its step
     /// precedes those recorded since. Returns false if there is no such transition in `generation`.
     pub fn lead_on_before(&mut self, of: &InstalledVerb, generation: u32, list: usize, cause: &Cause, source: SourceId, captured: &[u8]) -> bool {
         let Some(before) = self.before_take.as_mut().filter(|before| before.generation == generation) else { return false };
-        let (from, later) = (std::mem::replace(&mut before.list, list), before.later);
-        self.insert(of, from, cause, later);
-        let newer = self.conditions.split_off(self.conditions.len().saturating_sub(later));
-        let returned_later: Vec<usize> = newer.iter().flat_map(|condition| &of.plan.conditions[*condition].returns).copied().collect();
-        if !newer.contains(&cause.condition) {
+        let (from, steps, later) = (std::mem::replace(&mut before.list, list), before.steps, before.conditions.clone());
+        self.insert(of, from, cause, steps);
+        if !later.contains(&cause.condition) {
             self.conditions.retain(|before| *before != cause.condition);
-            self.conditions.push(cause.condition);
+            let newer = self.conditions.iter().position(|before| later.contains(before)).unwrap_or(self.conditions.len());
+            self.conditions.insert(newer, cause.condition);
         }
-        self.conditions.extend(newer);
-        let returns: Vec<usize> = of.plan.conditions[cause.condition].returns.iter().copied().filter(|output| !returned_later.contains(output)).collect();
+        let is_newer = |output: &usize| later.iter().any(|condition| of.plan.conditions[*condition].returns.contains(output));
+        let returns: Vec<usize> = of.plan.conditions[cause.condition].returns.iter().copied().filter(|output| !is_newer(output)).collect();
         self.captures.forget(&returns);
         self.captures.take_of(of, &of.outputs_in(source, cause.condition), captured, &returns);
         true
