@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 import { useCallback, useEffect, useState } from "react";
+import { askUntilAnswered } from "../../control/asking";
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { DeviceType, Value } from "../../control/shapes";
 import { valueText } from "../../design/numbers";
@@ -17,19 +18,21 @@ export function Parameters(props: { device: string; type: DeviceType }) {
   const [refusals, setRefusals] = useState<Refusal[]>([]);
   const names = Object.keys(type.parameters);
   const asked = names.join(" ");
-  const look = useCallback(async () => {
-    try {
+  const ask = useCallback(
+    async (signal?: AbortSignal) => {
       const parameters = asked === "" ? [] : asked.split(" ");
-      const found = await Promise.all(parameters.map((parameter) => control.look("device_parameter", { name: device, parameter })));
-      setValues(Object.fromEntries(parameters.map((parameter, index) => [parameter, found[index] ?? null])));
-      setRefusals([]);
-    } catch (why) {
-      setRefusals(refusalsOf(why));
-    }
-  }, [control, device, asked]);
-  useEffect(() => {
-    void look();
-  }, [look]);
+      const found = await Promise.all(parameters.map((parameter) => control.look("device_parameter", { name: device, parameter }, signal)));
+      return Object.fromEntries(parameters.map((parameter, index): [string, Value] => [parameter, found[index] ?? null]));
+    },
+    [control, device, asked],
+  );
+  const take = useCallback((found: Record<string, Value>) => {
+    setValues(found);
+    setRefusals([]);
+  }, []);
+  const failed = useCallback((why: unknown) => setRefusals(refusalsOf(why)), []);
+  const look = () => ask().then(take, failed);
+  useEffect(() => askUntilAnswered(control, { ask, take, failed }), [control, ask, take, failed]);
   if (names.length === 0) return null;
   return (
     <div>

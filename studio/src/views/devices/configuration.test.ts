@@ -70,6 +70,11 @@ test.each<Row>([
   expect(configurationOf(SPHERICAL, q)).toEqual({ configuration, turns });
 });
 
+test("a joint at half a turn is at turn 0, as in Python", () => {
+  const halves = [1, -1, 3, -3, 5, -5].map((half) => half * Math.PI);
+  expect(configurationOf(PARALLEL, halves)?.turns).toEqual([0, 0, 2, -2, 2, -2]);
+});
+
 test("joints that do not move the tool do not count, and other arms have no configurations", () => {
   const longer = {
     ...PARALLEL,

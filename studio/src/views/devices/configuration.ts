@@ -78,10 +78,12 @@ function signsOf({ axes, wrist, centre }: Axes, angles: number[]): [number, numb
   ];
 }
 
-/** Returns the turn of a joint: 0 between -180 and 180 degrees. */
+/** Returns the turn of a joint: 0 from -180 to 180 degrees; at the boundary of two turns the even one, as in Python. */
 function turnOf(angle: number): number {
-  // A rounded small negative angle is -0.
-  return Math.round(angle / (2 * Math.PI)) + 0;
+  const turns = angle / (2 * Math.PI);
+  const nearest = Math.round(turns);
+  // `Math.round` rounds a half up. A rounded small negative angle is -0.
+  return (nearest - turns === 0.5 && nearest % 2 !== 0 ? nearest - 1 : nearest) + 0;
 }
 
 function sign(of: number): string {

@@ -123,6 +123,8 @@ const edgeViews = { route: RouteView };
 const FIT = { maxZoom: 1, padding: 0.1 };
 /** Minimum scale of a static diagram, at which its smallest text is 9 px high. */
 const SCALE_MIN = 0.82;
+/** Width changes up to the width of a scrollbar do not change the scale, px. */
+const SCROLLBAR = 20;
 /** Spacing of lists in rows until the layout is known, px. */
 const [ACROSS, IN_A_ROW, DOWN] = [300, 4, 160];
 /** Prefix of the nodes of parts, which distinguishes them from lists of any name. */
@@ -167,8 +169,8 @@ function boxesOf(shape: Shape, laid: LaidDiagram | null): LaidBox[] {
 
 /**
  * Command lists as states, parts of a composed verb as enclosing states, and transitions as arrows. `present` is the running list,
- * `last` the latest transition. With `edit`, transitions can be drawn; otherwise the diagram is a static picture at its natural size, or somewhat smaller
- * if that lets it fit into the view.
+ * `last` the latest transition. With `edit`, transitions can be drawn; otherwise the diagram is a static picture at its natural size, or
+ * somewhat smaller if that lets it fit into the view.
  */
 export function StatesCanvas(props: {
   shape: Shape;
@@ -255,16 +257,19 @@ export function StatesCanvas(props: {
   );
 }
 
-/** Returns the scale at which a picture of this width fits into a frame: at most 1, and not so small that its text becomes illegible. */
+/** Returns the scale at which a picture of this width fits into a frame: at most 1, and 1 if its text would become illegible otherwise. */
 function useScale(frame: RefObject<HTMLElement | null>, width: number): number {
   const [wide, setWide] = useState(0);
   useEffect(() => {
     if (!frame.current) return;
-    const sized = new ResizeObserver(([entry]) => setWide(entry?.contentRect.width ?? 0));
+    // A scrollbar appears or disappears as the picture changes its height: a scale that followed would change back and forth endlessly.
+    const followed = (next: number) => setWide((before) => (Math.abs(next - before) > SCROLLBAR ? next : before));
+    const sized = new ResizeObserver(([entry]) => followed(entry?.contentRect.width ?? 0));
     sized.observe(frame.current);
     return () => sized.disconnect();
   }, [frame]);
-  return wide === 0 || width === 0 ? 1 : Math.min(1, Math.max(SCALE_MIN, wide / width));
+  const scale = wide / width;
+  return scale >= SCALE_MIN && scale < 1 ? scale : 1;
 }
 
 /** Fits the whole diagram into view when the size of the layout changes, because a new item may be out of view. */
