@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import fcntl
+import gc
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -14,6 +15,7 @@ import opengpac as gpac
 import user_mode_linux
 from mappings.mapping import MAPPINGS
 from opengpac import _native
+from opengpac.system import open_systems
 from rig import Rig
 
 BLOCKS = Path(__file__).parent.parent / "blocks"
@@ -34,6 +36,20 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
             if not Path(path).exists():
                 _native.build([str(BLOCKS / f"{stem}.c")], path)
     return paths
+
+
+_known: set[int] = set()
+"""Identities of the systems that were open when the last test began, such as those of module fixtures."""
+
+
+@pytest.fixture(autouse=True)
+def _without_systems_of_earlier_tests() -> None:
+    """Frees the systems that earlier tests left open. A system of the same name would otherwise be the same system, if the garbage
+    collector has not run in between."""
+    if not {id(system) for system in open_systems.systems()} <= _known:
+        gc.collect()
+        _known.clear()
+        _known.update(id(system) for system in open_systems.systems())
 
 
 @pytest.fixture(params=IN_VIRTUAL_TIME)

@@ -51,7 +51,7 @@ WRONG: dict[str, tuple[Callable[[gpac.robots.Arm], Any], str, str]] = {
     "source": (lambda a: a.system.sources["rtp0.fast"], "period", "'period' of timer 'rtp0.fast' is read-only; set it when"),
     "processor": (lambda a: a.system.processors["rtp0"], "core", "processor 'rtp0' has no member 'core'"),
     "machine": (lambda a: a.system.physical_devices["ur5e"], "speed", "physical device 'ur5e' has no member 'speed'"),
-    "channel": (lambda a: a.system.physical_devices["ur5e"]["elbow"].effort, "value", "write it by a block"),
+    "channel": (lambda a: a.system.physical_devices["ur5e"]["elbow"].effort, "value", "write it with a block"),
     "alarms": (lambda a: a.system.alarms, "limit", "the alarms of system 'ur5e' has no member 'limit'"),
     "geometry": (lambda a: a.kinematics, "tol", "has no member 'tol'; did you mean 'tool'?"),
 }

@@ -155,6 +155,7 @@ def test_a_program_without_replay_and_a_check(tmp_path: Path, capsys: pytest.Cap
     made, then = rest.split("\n", 1)
     program.write_text(
         f"{first}cell = {made}\nrecording = cell.record({str(file)!r}, replay=True)\n{then}\nassert recording.stop() == {{}}\n"
+        "cell.close()\n"
     )
     assert cli.main(["check", str(program)]) == 0
     assert not file.exists(), "a check records nothing"

@@ -144,7 +144,7 @@ def test_what_is_computed_does_not_depend_on_who_looks(cell: gpac.System) -> Non
 
 
 def test_asking_wrongly_is_refused(cell: gpac.System) -> None:
-    with pytest.raises(gpac.LimitExceeded, match="at most an hour"):
+    with pytest.raises(gpac.LimitExceeded, match="at most one hour"):
         cell.block_times(during="2 h")
     with pytest.raises(gpac.CallError, match="pass an interrupt source"):
         cell.block_times("fast")  # type: ignore[arg-type]

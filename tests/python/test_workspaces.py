@@ -77,7 +77,7 @@ START = {"verb": "pour", "arguments": {"y": {"svv": "wave"}}, "values": {"amplit
         (one("clock"), gpac.CallError, "plot"),
         ({**one("alarms"), "layot": {}}, gpac.CallError, "layot"),
         ({"name": "tank"}, gpac.CallError, "has no 'layout'"),
-        ({**one("alarms"), "workspace": 2}, gpac.CallError, "this OpenGPAC reads 1"),
+        ({**one("alarms"), "workspace": 2}, gpac.CallError, "this OpenGPAC reads version 1"),
     ],
 )
 def test_what_is_wrong_is_refused_with_its_panel_and_remedy(

@@ -240,13 +240,13 @@ def compose(
     "grasp"})`.
 
     `name` is the verb's name. `parts` are verbs by label, verbs (labelled by their names), or a chain created by `then` and `>>`,
-    which receives its name here. The key of an entry of `transitions` is a condition with a part (meaning every list of the part that
-    the condition ends), a list (`"approach.back_off"`) or a tuple of lists; the value is the part (meaning its initial list) or list
-    that follows. The condition None stands for every normal end except a halt. `initial` is the first part. `rename={"grasp.speed":
-    "closing_speed"}` renames a parameter, object, output or condition of one part; `{"grasp.*": "hand_*"}` renames all of them that
-    no other entry renames. `preset={"approach.speed": 0.1}` fixes the value of an input of one part; `share=["servo"]` merges the
-    blocks of that label into one instance, which keeps running across a transition. `doc` describes the verb in a sentence. Raises
-    all conflicts at once (`CompositionConflict`, `TypeMismatch`, …).
+    which receives its name here. The key of an entry of `transitions` is a condition with a part (meaning every list of the part
+    that the condition ends), a list (`"approach.back_off"`) or a tuple of lists; the value is the part (meaning its initial list)
+    or list that follows. The condition None stands for every normal end except a halt. `initial` is the first part.
+    `rename={"grasp.speed": "closing_speed"}` renames a parameter, object, output or condition of one part; `{"grasp.*": "hand_*"}`
+    renames every parameter, object and output of it that no other entry renames. `preset={"approach.speed": 0.1}` fixes the value
+    of an input of one part; `share=["servo"]` merges the blocks of that label into one instance, which keeps running across a
+    transition. `doc` describes the verb in a sentence. Raises all conflicts at once (`CompositionConflict`, `TypeMismatch`, …).
     """
     base = Composition(name, _labelled(parts, name), here())
     if isinstance(parts, ComposedVerb) and parts.composition.open:

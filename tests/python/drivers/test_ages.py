@@ -90,7 +90,7 @@ def test_an_age_that_is_none_loses_the_device_with_its_cause(cell: gpac.System, 
     device = scanner(cell, tmp_path, says=says)
     cell.advance("50 ms")
     lost = cell.statistics["physical_devices"][device.name]["lost"]
-    assert "return nothing, opengpac.driver.NOTHING_NEW, or the age of its readings" in lost
+    assert "return nothing, opengpac.driver.NOTHING_NEW, or the age of the readings" in lost
 
 
 @pytest.mark.parametrize(("age_max", "is_lost"), [(None, False), ("150 ms", True)])

@@ -36,7 +36,7 @@ def test_it_is_read_commanded_asked_and_lost(adapter: Adapter) -> None:
     told = adapter.module.sdo
     with gpac.System("cell") as cell:
         rtp = cell.processor("rtp0")
-        driver = gpac.drivers.python(DRIVER, interface="slcan", channel=adapter.port, node=7, timeout="3 s", age_max="30 s")
+        driver = gpac.drivers.python(DRIVER, interface="slcan", channel=adapter.port, node=7, timeout="8 s", age_max="60 s")
         io = rtp.physical_device("io", driver, exchange=rtp.timer("slow", period="10 ms", priority=50))
         told[INPUTS][1].raw, told[ANALOG_IN][1].raw = 0b101, 16384
         until(lambda: tuple(cell.read(io["inputs"])) == (5,), "its inputs are read")

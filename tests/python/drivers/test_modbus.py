@@ -228,7 +228,7 @@ def test_a_device_that_nothing_makes_safe_is_named_when_it_is_enabled(caplog: py
         valve, lamp = DigitalOutput("valve", plc["valve"]), DigitalOutput("lamp", plc["lamp"])
         for output in (valve, lamp):
             output.enable()
-        said = [record.getMessage() for record in caplog.records if "continues under its last commands" in record.getMessage()]
+        said = [record.getMessage() for record in caplog.records if "continues to execute its last commands" in record.getMessage()]
         assert len(said) == 1 and "'plc'" in said[0], "once, and of a simulation nothing"
         assert [entry["about"] for entry in cell.log() if entry["kind"] == "guard"] == ["plc"]
         assert plc.about["unguarded"] and not arm.about.get("unguarded")

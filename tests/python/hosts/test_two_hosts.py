@@ -110,13 +110,13 @@ def test_a_device_that_only_a_guard_makes_safe_is_warned_of_on_a_lent_host(
     for name, hardware in (("rtp0", {}), ("rtp1", {"host": "cell-b"})):
         processor = listening.processor(name, **hardware)
         source = processor.timer("fast", period="10 ms", priority=80)
-        device = processor.physical_device(f"plc_{name}", gpac.drivers.python(tmp_path / "valve.py"), exchange=source)
+        device = processor.physical_device(f"plc_{name}", gpac.drivers.python(tmp_path / "valve.py", age_max="60 s"), exchange=source)
         valves.append(DigitalOutput(f"valve_{name}", device["valve"]))
     for valve in valves:
         valve.enable()
         valve.disable()
         valve.enable()
-    said = [record.getMessage() for record in caplog.records if "continues under its last commands" in record.getMessage()]
+    said = [record.getMessage() for record in caplog.records if "continues to execute its last commands" in record.getMessage()]
     assert len(said) == 1 and "'plc_rtp1'" in said[0] and "no guard runs on host 'cell-b'" in said[0], said
     assert [(entry["about"], entry["text"]) for entry in listening.log() if entry["kind"] == "guard"] == [("plc_rtp1", said[0])]
     devices = listening.physical_devices

@@ -238,7 +238,7 @@ def test_the_speeds_of_a_plan_with_times(arm: gpac.robots.Arm) -> None:
         (
             [[0.0], [1.0], [2.0]],
             [0.0, 1.0, 1.0],
-            "the time of waypoint 2, 1 s, is not after that of waypoint 1, 1 s; make the times ascend",
+            "the time of waypoint 2, 1 s, is not after that of waypoint 1, 1 s; make the times strictly ascending",
         ),
         ([[0.0], [1.0]], [1.0, 0.5], "the time of waypoint 1, 0.5 s, is not after"),
         ([[0.0], [np.inf]], [0.0, 0.5], "not finite"),

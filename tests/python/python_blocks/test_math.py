@@ -79,7 +79,7 @@ def test_all_others_are_refused_by_name(tmp_path: Path, name: str) -> None:
 
 
 def test_rounding_to_digits_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(gpac.errors.DefinitionError, match=r"it rounds to digits, .*; write round\(x \* 100\) / 100"):
+    with pytest.raises(gpac.errors.DefinitionError, match=r"it rounds to a number of digits, .*; write round\(x \* 100\) / 100"):
         entered(tmp_path, block("rounded", "round(x, 2)"))
     ran = entered(tmp_path, block("rounded", "float(round(x))")).rounded.run(x=[0.5, 1.5, -2.5])
     assert ran.y.tolist() == [round(0.5), round(1.5), round(-2.5)]
