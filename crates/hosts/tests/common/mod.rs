@@ -6,6 +6,7 @@ pub use authority::Authority;
 use hosts::{Hosts, Options, Security};
 use interconnect::{ConnectionSpec, Header, Receiver, Sender};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU16, Ordering};
 use std::time::{Duration, Instant};
 
 /// Far longer than any operation here: reaching it is a failure.
@@ -25,10 +26,17 @@ pub fn options_of(system: &str, name: &str, endpoint: &str) -> Options {
     Options { security: loopback(), join_max: LONG, ..Options::new(system, name, endpoint) }
 }
 
-/// Returns a port of this host that was free a moment ago.
+/// Returns a free port of this host. It is below the range from which Linux takes the ports of outgoing connections (32768 to 60999), so
+/// that no connection of another process takes it before it is used; test processes begin at different ports.
 pub fn free_port() -> u16 {
-    let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port is free");
-    listener.local_addr().expect("it is bound").port()
+    static TAKEN: AtomicU16 = AtomicU16::new(0);
+    let first = 10_000 + 10 * (std::process::id() % 2_000) as u16;
+    loop {
+        let port = first + TAKEN.fetch_add(1, Ordering::Relaxed) % 2_000;
+        if std::net::TcpListener::bind(("127.0.0.1", port)).is_ok() {
+            return port;
+        }
+    }
 }
 
 /// Starts a supervisor's host; returns it and the endpoint to join.
