@@ -55,6 +55,5 @@ export function askUntilAnswered<T>(of: Pick<Source, "restarts">, question: Ques
 
 /** Returns true if an error says nothing about the question, so that another attempt may be answered. */
 function isUnanswered(why: unknown): boolean {
-  if (!(why instanceof RefusalError)) return false;
-  return why.is("ConnectionLost") || why.status === 408 || why.status === 429 || why.status >= 500;
+  return why instanceof RefusalError && (why.is("ConnectionLost") || why.isTemporary);
 }

@@ -32,6 +32,14 @@ export class RefusalError extends Error {
   is(name: string): boolean {
     return this.refusals.some((refusal) => refusal.class === name);
   }
+
+  /**
+   * True if a further attempt may be answered differently, after a lack of capacity, a request that took too long, or a fault of the server
+   * or of a proxy.
+   */
+  get isTemporary(): boolean {
+    return this.status === 408 || this.status === 429 || this.status >= 500;
+  }
 }
 
 /** Converts any error to refusals, so that all errors are shown in the same way. */

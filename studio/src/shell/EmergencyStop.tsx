@@ -30,9 +30,9 @@ export interface Press {
   putAway: () => void;
 }
 
-/** Returns whether a further attempt would receive the same answer. A lack of capacity, or an answer from a proxy, may be temporary. */
-function isFinal(status: number): boolean {
-  return status >= 400 && status < 500 && status !== 408 && status !== 429;
+/** Returns whether an error is an answer of the system that a further attempt would receive again. */
+function isFinal(why: unknown): boolean {
+  return why instanceof RefusalError && why.status >= 400 && !why.isTemporary;
 }
 
 export function useEmergencyStop(now: Statistics | null): Press {
@@ -81,7 +81,7 @@ export function useEmergencyStop(now: Statistics | null): Press {
         } catch (why) {
           if (pressed.signal.aborted) return;
           setRefusals(why instanceof RefusalError ? why.refusals : []);
-          if (why instanceof RefusalError && isFinal(why.status)) return end("refused");
+          if (isFinal(why)) return end("refused");
           setHearing("unheard");
         }
         await new Promise((again) => setTimeout(again, AGAIN_MS));

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Configuration of an arm at given joint positions: signs of shoulder, elbow and wrist, and turns, as defined by gpac.Configuration.
 import type { ChainDescription } from "../../control/shapes";
-import { applied, composed, displacement, HINGE, type Pose, subtract, type Vector, vector } from "./toolPose";
+import { add, applied, composed, displacement, HINGE, type Pose, poseOf, subtract, type Vector, vector } from "./toolPose";
 
 /** Arms with a closed-form solution have six revolute joints. */
 const JOINTS = 6;
@@ -56,14 +56,7 @@ function axesOf(chain: ChainDescription): Axes | null {
 function signsOf({ axes, wrist, centre }: Axes, angles: number[]): [number, number, number] {
   const moved: { direction: Vector; point: Vector }[] = [];
   const beyond: Pose[] = [];
-  let pose: Pose = {
-    place: [0, 0, 0],
-    turn: [
-      [1, 0, 0],
-      [0, 1, 0],
-      [0, 0, 1],
-    ],
-  };
+  let pose = poseOf([]);
   for (const [index, { direction, point }] of axes.entries()) {
     moved.push({ direction: applied(pose.turn, direction), point: placed(pose, point) });
     pose = composed(pose, displacement(HINGE, direction, point, angles[index] ?? Number.NaN) as Pose);
@@ -105,7 +98,7 @@ function areParallel(one: Axis, other: Axis): boolean {
 }
 
 function placed(pose: Pose, point: Vector): Vector {
-  return applied(pose.turn, point).map((x, index) => x + (pose.place[index] ?? 0)) as Vector;
+  return add(applied(pose.turn, point), pose.place);
 }
 
 function cross(a: Vector, b: Vector): Vector {

@@ -128,7 +128,7 @@ export function applied(turn: Turn, to: Vector): Vector {
   return turn.map((row) => row[0] * to[0] + row[1] * to[1] + row[2] * to[2]) as Vector;
 }
 
-function add(a: Vector, b: Vector): Vector {
+export function add(a: Vector, b: Vector): Vector {
   return [a[0] + b[0], a[1] + b[1], a[2] + b[2]];
 }
 
