@@ -20,7 +20,7 @@ struct Way {
     flying: BTreeMap<(i64, u64), (bool, Vec<u8>)>,
     sent: u64,
     random: u64,
-    /// One packet in this many is lost, repeated or corrupted; 0 disables this.
+    /// Mean number of packets per faulty one, which is lost, repeated or corrupted; 0 disables faults.
     one_in: u64,
     /// True if every packet is lost.
     cut: bool,

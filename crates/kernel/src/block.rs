@@ -20,7 +20,7 @@ pub struct Block {
     memory: Cell,
     /// Allocated memory: the instance, possibly followed by the word of reported conditions.
     whole: Cell,
-    /// One bit per item, set if the condition was reported since the last reset.
+    /// Bit mask of the items whose condition has been reported since the last reset.
     reported: Option<Cell>,
     /// Image that `Op::Reset` restores: the descriptor's image with the bindings and values of this instance.
     initial: Box<[u8]>,

@@ -16,7 +16,7 @@ use std::sync::Arc;
 /// Item of a flat block: (block, item).
 pub type Port = (usize, usize);
 
-/// One subroutine instance in the flat list.
+/// Subroutine instance in the flat list.
 #[derive(Clone, Debug)]
 pub struct FlatBlock {
     pub label: String,

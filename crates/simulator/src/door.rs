@@ -18,7 +18,7 @@ use supervisor::System;
 use tokio::task::JoinHandle;
 use tower::ServiceExt;
 
-/// One seed in this many runs such a world.
+/// Interval, in seeds, at which a seed runs such a world.
 const EACH: u64 = 50;
 const OBSERVERS: usize = 6;
 /// Time limit for answering a stop, on the interface's clock.
