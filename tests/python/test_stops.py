@@ -195,13 +195,34 @@ def test_nothing_begins_in_any_composition_that_was_told_to_end(rig: Rig, reques
     assert count < 100 or len(missing) <= (count < 1000), f"each way to end was tried: {told}"
 
 
-def test_parts_that_go_on_together_where_a_halt_leads_one_of_them_are_refused(rig: Rig) -> None:
-    """Their next lists are combined: at a halt of the recovery the work of the other part would begin with it."""
+def test_a_halt_begins_only_the_lists_of_the_parts_that_it_leads_on(rig: Rig) -> None:
+    """Both parts go on together when they have counted enough, but a halt leads only the recovery on."""
     chain = gpac.compose("chain", leaf(rig, 0, brakes=False) >> leaf(rig, 1, brakes=False))
     parts = {"a": leaf(rig, 2, brakes=False), "r": leaf(rig, 3, brakes=False)}
     recovery = gpac.compose("recovery", parts, transitions={("a", None): "r", ("a", "halted"): "r"})
-    with pytest.raises(gpac.CompositionConflict, match="a halt leads only to the first: the second would then begin"):
-        gpac.together({"x": chain, "y": recovery}, name="both").on(rig.fast)
+    svvs = of_svvs(rig)
+    both = gpac.together({"x": chain, "y": recovery}, name="both").on(rig.fast)
+    vi = both.new_instance(*arguments_of(both, svvs)).start()
+    rig.cell.advance("2.5 ms")
+    counted = work(svvs)
+    vi.halt()
+    rig.cell.advance("20 ms")
+    assert counted["y0"] and counted["y2"] and work(svvs) == {**counted, "y3": 4}, vi.report
+    assert vi.report is not None and vi.report.condition == "halted" and [passed.condition for passed in vi.report.way] == ["halted"]
+
+
+def test_a_time_limit_ends_the_work_of_one_part_while_another_brakes(rig: Rig) -> None:
+    """The first part has gone on to work that a time limit ends, together with the braking of the second."""
+    parts = {"a": leaf(rig, 0, brakes=False, enough=2), "r": leaf(rig, 1, brakes=False, enough=9)}
+    recovery = gpac.compose("recovery", parts, transitions={("a", None): "r", ("a", "halted"): "r"})
+    both = gpac.together({"x": recovery, "y": leaf(rig, 2, enough=90)}, name="both").on(rig.fast)
+    svvs = of_svvs(rig)
+    vi = both.new_instance(*arguments_of(both, svvs)).start(way2=20, time_limit="5.5 ms")
+    rig.cell.advance("5.5 ms")
+    worked = svvs["y1"].value
+    rig.cell.advance("40 ms")
+    assert vi.report is not None and 0 < worked == svvs["y1"].value < 9 and svvs["b2"].value == 20, (worked, svvs["y1"].value, vi.report)
+    assert [passed.condition for passed in vi.report.way] == ["enough", "time_limit"], vi.report.way
 
 
 @pytest.mark.parametrize("seed", [910000130, 910000703, 910001577, 910005618])

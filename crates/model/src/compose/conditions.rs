@@ -108,7 +108,7 @@ impl PartOf<'_> {
             on: self.ports(&line.on),
             returns: line.returns.as_ref().map(|returns| returns.iter().map(|key| self.line(key)).collect()),
             raises: line.raises,
-            during: lists.map(|list| self.list(list)).collect(),
+            during: lists.flat_map(|list| self.lists_with(list)).collect(),
             priority: line.priority,
             alarm: line.alarm.clone(),
             place: if line.place.is_some() { line.place.clone() } else { self.verb.place.clone() },

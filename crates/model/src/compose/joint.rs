@@ -2,22 +2,27 @@
 //! Joint lists: lists of several parts that `together` merges into one. These are the initial lists, and the lists to which one system
 //! condition leads several parts.
 //!
+//! A system condition leads to exactly the lists of the parts that follow it: a part that it ends on its own is left out, while the
+//! others come to rest. A list may therefore be merged with several others, and also stand alone.
+//!
 //! If all parts are awaited, waits record which parts have ended: the list continues with one wait per part, each of which also accepts a
 //! condition that occurred earlier. The list then deactivates the parts and is `completed`.
 use super::part::{MERGED, PartOf};
 use super::{Composing, Until};
-use crate::conditions::{ENDS, LIMITS, SYSTEM};
-use crate::definition::Command;
+use crate::conditions::{ENDS, LIMITS, SYSTEM, SystemCondition};
+use crate::definition::{Command, Transition};
 use crate::refusal::Class;
 use indexmap::IndexSet;
 use std::collections::HashSet;
+
+/// A part and one of its lists.
+pub(super) type ListOf = (usize, usize);
 
 /// Lists of several parts that are merged into one.
 #[derive(Clone)]
 pub(super) struct Joint {
     pub name: String,
-    /// Pairs of a part and one of its lists.
-    pub lists: Vec<(usize, usize)>,
+    pub lists: Vec<ListOf>,
     /// True if the joint list ends only when all parts have ended.
     pub all: bool,
 }
@@ -37,46 +42,101 @@ impl Composing<'_> {
         }
         let lists = self.parts.iter().map(|part| part.checked.initial).enumerate().collect();
         self.joints.push(Joint { name: MERGED.to_owned(), lists, all: self.of.until == Until::All });
-        for condition in SYSTEM.iter().chain(LIMITS.iter()) {
-            let goals = self.parts.iter().enumerate().filter_map(|(at, part)| Some((at, part.goal_of_initial(condition)?)));
-            let goals: Vec<(usize, usize)> = goals.collect();
-            let is_known = self.joints.iter().any(|joint| joint.lists == goals);
-            let is_taken = goals.iter().any(|(part, list)| self.parts[*part].joint.contains_key(list));
-            // A goal that leads back to the initial list does so for all parts; a goal that belongs to two joint lists is refused with
-            // τ.
-            if goals.len() > 1 && !is_known && !is_taken {
-                let name = self.joint_name(&goals);
-                for (part, list) in &goals {
-                    self.parts[*part].joint.insert(*list, name.clone());
-                }
-                self.joints.push(Joint { name, lists: goals, all: true });
-            }
-        }
+        self.follow_conditions();
         for joint in self.joints.clone().iter().filter(|joint| joint.all) {
             self.check_all(joint);
-            self.check_ends(joint);
         }
     }
 
-    /// Refuses a joint list if a condition that orders the verb to end leads to only some of its lists. The remaining lists would then
-    /// start as well, although no such condition of their part leads to them.
-    fn check_ends(&mut self, joint: &Joint) {
-        let is_ending = |(part, list): &(usize, usize)| ENDS.iter().any(|condition| self.parts[*part].goal_of_initial(condition) == Some(*list));
-        let (ending, work): (Vec<_>, Vec<_>) = joint.lists.iter().copied().partition(is_ending);
-        if let (Some((part, list)), Some((other, begun))) = (ending.first(), work.first()) {
-            let (of, by) = (&self.parts[*part], &self.parts[*other]);
-            let message = format!(
-                "{} and {} both proceed on one condition, to their lists '{}' and '{}', but a halt leads only to the first: the second would then begin",
-                of.described(),
-                by.described(),
-                of.own_list(*list),
-                by.own_list(*begun)
-            );
-            self.refuse(Class::CompositionConflict, message, "let the halt lead to a separate list", &None);
+    /// Adds the lists to which conditions lead: from a joint list, the system conditions; from a list of one part, all conditions.
+    fn follow_conditions(&mut self) {
+        let lists_of = |(at, part): (usize, &PartOf<'_>)| (0..part.verb.command_lists.len()).map(move |list| vec![(at, list)]).collect::<Vec<_>>();
+        let mut running: Vec<Vec<ListOf>> = self.joints.iter().map(|joint| joint.lists.clone()).collect();
+        running.extend(self.parts.iter().enumerate().flat_map(lists_of));
+        // A list that becomes part of a joint list may also be led to alone, by a list that has been seen already.
+        let mut known = 0;
+        while known < running.len() {
+            known = running.len();
+            let mut at = 0;
+            while let Some(lists) = running.get(at).cloned() {
+                at += 1;
+                if self.name_of(&lists).is_none() {
+                    continue;
+                }
+                for condition in self.followed(&lists) {
+                    let Some(goals) = self.goals(&lists, &condition).filter(|goals| self.name_of(goals).is_none()) else { continue };
+                    self.add(&goals);
+                    running.push(goals);
+                }
+            }
         }
     }
 
-    fn joint_name(&self, lists: &[(usize, usize)]) -> String {
+    /// Adds a list that consists of exactly these lists.
+    fn add(&mut self, lists: &[ListOf]) {
+        let name = if let [(part, list)] = lists[..] { self.parts[part].alone(list) } else { self.joint_name(lists) };
+        for (part, list) in lists {
+            self.parts[*part].joint.entry(*list).or_default().push(name.clone());
+        }
+        if lists.len() > 1 {
+            self.joints.push(Joint { name, lists: lists.to_vec(), all: true });
+        }
+    }
+
+    /// Returns the conditions that lead on from a list: for several parts, those of the system, and for a single part, all its
+    /// conditions.
+    fn followed(&self, lists: &[ListOf]) -> IndexSet<String> {
+        let system = || SYSTEM.iter().chain(&LIMITS).map(|name| (*name).to_owned());
+        let own = |part: usize| self.parts[part].verb.transitions.iter().map(|line| line.condition.clone());
+        if let [(part, _)] = lists { own(*part).collect() } else { system().collect() }
+    }
+
+    /// Returns the lists to which a condition leads the parts that run. A part that it leads nowhere goes on with a list that brings it to
+    /// rest, and is otherwise left out. `None` if the condition leads no part on, or leads a part to its initial or ending list, which
+    /// belongs to the whole verb.
+    fn goals(&self, lists: &[ListOf], condition: &str) -> Option<Vec<ListOf>> {
+        let mut goals = Vec::new();
+        let mut leads = false;
+        for &(part, list) in lists {
+            let of = &self.parts[part];
+            match of.goal(list, condition) {
+                Some(goal) if goal == of.checked.initial || of.checked.ending.list == Some(goal) => return None,
+                Some(goal) => {
+                    goals.push((part, goal));
+                    leads = true;
+                }
+                None if condition != SystemCondition::Completed.name() && !of.is_work(list) => goals.push((part, list)),
+                None => {}
+            }
+        }
+        leads.then_some(goals)
+    }
+
+    /// Returns the name of the list in the composed verb that consists of exactly these lists, if there is one.
+    fn name_of(&self, lists: &[ListOf]) -> Option<String> {
+        let joint = self.joints.iter().find(|joint| joint.lists == lists).map(|joint| joint.name.clone());
+        let alone = |(part, list): ListOf| Some(self.parts[part].alone(list)).filter(|name| self.parts[part].lists_with(list).contains(name));
+        joint.or_else(|| if let [single] = lists { alone(*single) } else { None })
+    }
+
+    /// Returns the transitions of the composed verb for a transition of a part: pairs of the list from which it leads and its target.
+    pub fn targets(&self, part: usize, line: &Transition) -> Vec<(String, String)> {
+        let of = &self.parts[part];
+        let Some(list) = of.verb.command_lists.get_index_of(&line.from) else {
+            return vec![(of.list_named(&line.from), of.list_named(&line.to))];
+        };
+        let target = |from: String| {
+            let joint = self.joints.iter().find(|joint| joint.name == from);
+            let running = joint.map_or_else(|| vec![(part, list)], |joint| joint.lists.clone());
+            let is_followed = self.of.together && self.followed(&running).contains(&line.condition);
+            let goals = if is_followed { self.goals(&running, &line.condition) } else { None };
+            let to = goals.and_then(|goals| self.name_of(&goals)).unwrap_or_else(|| of.list_named(&line.to));
+            (from, to)
+        };
+        of.lists_with(list).into_iter().map(target).collect()
+    }
+
+    fn joint_name(&self, lists: &[ListOf]) -> String {
         let mut names: Vec<String> = lists.iter().map(|(part, list)| self.parts[*part].own_list(*list).replace('.', "_")).collect();
         names.dedup();
         let mut name = names.join("_and_");
@@ -129,12 +189,23 @@ impl PartOf<'_> {
         self.verb.command_lists.get_index(list).map_or("", |(name, _)| name.as_str())
     }
 
-    /// Returns the list to which a condition leads from the initial one; `None` if it leads to the initial or the ending list.
-    fn goal_of_initial(&self, condition: &str) -> Option<usize> {
-        let from = self.own_list(self.checked.initial);
+    /// Returns the list to which a condition leads from another list.
+    fn goal(&self, list: usize, condition: &str) -> Option<usize> {
+        let from = self.own_list(list);
         let line = self.verb.transitions.iter().find(|line| line.from == from && line.condition == condition)?;
-        let to = self.verb.command_lists.get_index_of(&line.to)?;
-        (to != self.checked.initial && self.checked.ending.list != Some(to)).then_some(to)
+        self.verb.command_lists.get_index_of(&line.to)
+    }
+
+    /// Returns true if a list can be reached from the initial one while the part is not ending.
+    fn is_work(&self, list: usize) -> bool {
+        let mut work: IndexSet<&str> = IndexSet::from([self.own_list(self.checked.initial)]);
+        let mut at = 0;
+        while let Some(from) = work.get_index(at).copied() {
+            let lines = self.verb.transitions.iter().filter(|line| line.from == from && !ENDS.contains(&line.condition.as_str()));
+            work.extend(lines.map(|line| line.to.as_str()));
+            at += 1;
+        }
+        work.contains(self.own_list(list))
     }
 
     /// Returns a block condition on which the part leaves this list, and the list to which it leads.

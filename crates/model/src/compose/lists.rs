@@ -17,12 +17,13 @@ impl Composing<'_> {
         }
         for part in &self.parts {
             for (at, (_, list)) in part.verb.command_lists.iter().enumerate() {
-                if part.joint.contains_key(&at) {
+                let name = part.alone(at);
+                if !part.lists_with(at).contains(&name) {
                     continue;
                 }
                 let commands = list.commands.iter().map(|command| part.command(command)).collect();
                 let place = if list.place.is_some() { &list.place } else { &part.verb.place };
-                self.verb.command_lists.insert(part.list(at), CommandList { commands, place: place.clone() });
+                self.verb.command_lists.insert(name, CommandList { commands, place: place.clone() });
             }
         }
     }

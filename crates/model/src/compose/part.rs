@@ -24,13 +24,14 @@ pub(super) struct PartOf<'a> {
     pub shared: HashSet<&'a str>,
     /// Cells that are bound to shared blocks.
     pub shared_cells: HashSet<&'a str>,
-    /// Lists of the part that are merged with lists of other parts, with the name of the merged list.
-    pub joint: HashMap<usize, String>,
+    /// Lists of the part that are merged with lists of other parts, with the names of the lists of the composed verb that contain them.
+    /// The first is the one that the part's own conditions lead to.
+    pub joint: HashMap<usize, Vec<String>>,
 }
 
 impl<'a> PartOf<'a> {
     pub fn new(label: &'a str, verb: &'a Verb, checked: CheckedVerb, of: &Composition) -> PartOf<'a> {
-        let joint = if of.together { HashMap::from([(checked.initial, MERGED.to_owned())]) } else { HashMap::new() };
+        let joint = if of.together { HashMap::from([(checked.initial, vec![MERGED.to_owned()])]) } else { HashMap::new() };
         PartOf { label, verb, checked, renamed: HashMap::new(), preset: HashMap::new(), shared: HashSet::new(), shared_cells: HashSet::new(), joint }
     }
 
@@ -86,9 +87,16 @@ impl<'a> PartOf<'a> {
 
     /// Returns the name of a list in the composed verb.
     pub fn list(&self, index: usize) -> String {
-        if let Some(joint) = self.joint.get(&index) {
-            return joint.clone();
-        }
+        self.joint.get(&index).map_or_else(|| self.alone(index), |names| names[0].clone())
+    }
+
+    /// Returns the names of all lists of the composed verb that contain a list.
+    pub fn lists_with(&self, index: usize) -> Vec<String> {
+        self.joint.get(&index).cloned().unwrap_or_else(|| vec![self.alone(index)])
+    }
+
+    /// Returns the name that a list has in the composed verb if it is not merged with others.
+    pub fn alone(&self, index: usize) -> String {
         let name = self.verb.command_lists.get_index(index).map_or("", |(name, _)| name.as_str());
         format!("{}.{name}", self.label)
     }

@@ -88,7 +88,7 @@ impl Composing<'_> {
     /// Returns true if a part begins only after another part has run.
     fn comes_later(&self, part: usize) -> bool {
         let of = &self.parts[part];
-        let own: Vec<String> = (0..of.verb.command_lists.len()).map(|list| of.list(list)).collect();
+        let own: Vec<String> = (0..of.verb.command_lists.len()).flat_map(|list| of.lists_with(list)).collect();
         self.verb.transitions.iter().any(|line| own.contains(&line.to) && !own.contains(&line.from))
     }
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 //! τ of a composed verb: the transitions of each part, and the entries that lead from one part to another. A pair (list, condition) that
 //! ends a part on its own becomes a transition if such an entry covers it.
+use super::joint::ListOf;
 use super::part::MERGED;
 use super::{Composing, Step};
 use crate::conditions::{ENDS, LIMITS, SYSTEM};
@@ -10,9 +11,6 @@ use hints::did_you_mean;
 use indexmap::{IndexMap, IndexSet};
 use std::cmp::Reverse;
 use std::collections::HashMap;
-
-/// A part and one of its lists.
-type ListOf = (usize, usize);
 
 /// Rank of an entry: if two entries apply to the same pair, the one with the higher rank wins. The rank depends, in this order, on
 /// whether the entry names a condition, whether it names a list, how few parts it names, and how deeply they are nested.
@@ -47,7 +45,7 @@ impl Composing<'_> {
     /// that names its condition declares an ending.
     fn keep_to_ends(&mut self, lines: &[(Rank, &Step, Vec<ListOf>)], augmented: &HashMap<(String, String), (Rank, usize)>) {
         let (work, ending) = self.work_and_ending();
-        let is_work = |at: usize| lines[at].2.iter().any(|(part, list)| work.contains(&self.parts[*part].list(*list)));
+        let is_work = |at: usize| lines[at].2.iter().any(|(part, list)| self.parts[*part].lists_with(*list).iter().any(|name| work.contains(name)));
         let cut: Vec<bool> = lines.iter().enumerate().map(|(at, (_, step, _))| step.condition.is_none() && is_work(at)).collect();
         self.verb.transitions.retain(|line| {
             let of = augmented.get(&(line.from.clone(), line.condition.clone()));
@@ -87,10 +85,10 @@ impl Composing<'_> {
 
     fn own_transitions(&mut self) {
         let mut known: IndexMap<(String, String), (usize, String)> = IndexMap::new();
-        let mut conflicts = Vec::new();
+        let (mut lines, mut conflicts) = (Vec::new(), Vec::new());
         for (at, part) in self.parts.iter().enumerate() {
-            for line in &part.verb.transitions {
-                let (from, to) = (part.list_named(&line.from), part.list_named(&line.to));
+            let own = part.verb.transitions.iter().flat_map(|line| self.targets(at, line).into_iter().map(move |(from, to)| (line, from, to)));
+            for (line, from, to) in own {
                 let condition = part.own(&line.condition).to_owned();
                 let place = if line.place.is_some() { &line.place } else { &part.verb.place };
                 if let Some((first, before)) = known.insert((from.clone(), condition.clone()), (at, to.clone())) {
@@ -100,16 +98,17 @@ impl Composing<'_> {
                     let message = format!("the condition '{condition}' leads {} to different lists, but they have the same initial list", self.both(first, at));
                     let is_system = SYSTEM.contains(&condition.as_str()) || LIMITS.contains(&condition.as_str());
                     let remedy = if is_system {
-                        "let it lead both to lists of their own, to which nothing else leads, or both back".to_owned()
+                        "let it lead both back to the initial list, or both to other lists".to_owned()
                     } else {
                         format!("rename one: rename={{'{}.{condition}': '{}_{condition}'}}", part.label, part.label)
                     };
                     conflicts.push((message, remedy, (first, at)));
                     continue;
                 }
-                self.verb.transitions.push(Transition { from, condition, to, place: place.clone() });
+                lines.push(Transition { from, condition, to, place: place.clone() });
             }
         }
+        self.verb.transitions.extend(lines);
         for (message, remedy, pair) in conflicts {
             self.conflict(Class::CompositionConflict, message, &remedy, pair);
         }
@@ -152,7 +151,7 @@ impl Composing<'_> {
             let of = &self.parts[*part];
             format!("{}.{}", of.label, of.verb.command_lists.get_index(*list).map_or("", |list| list.0.as_str()))
         };
-        let lists: Vec<ListOf> = all().filter(|at| full(at) == name || self.parts[at.0].list(at.1) == name).collect();
+        let lists: Vec<ListOf> = all().filter(|at| full(at) == name || self.parts[at.0].lists_with(at.1).iter().any(|list| list == name)).collect();
         if !lists.is_empty() {
             return (lists, true);
         }
@@ -172,31 +171,32 @@ impl Composing<'_> {
         if !self.check_condition(step, lists) {
             return;
         }
-        let mut covers = false;
+        let mut ended: Vec<(String, String)> = Vec::new();
         for &(part, list) in lists {
+            let of = &self.parts[part];
             for (own, name) in self.ends_of(step, part, list) {
                 let names_list = rank.1;
-                if !self.parts[part].ends(list, &own) || !names_list && !self.parts[part].can_come(list, &own) {
-                    continue;
-                }
-                covers = true;
-                let from = self.parts[part].list(list);
-                match augmented.get(&(from.clone(), name.clone())) {
-                    Some((known, other)) if *known == rank && *other != at => {
-                        let message = format!("{} appears twice: ('{from}', '{name}') leads to two lists", text(step));
-                        self.refuse(Class::CompositionConflict, message, "let a condition lead from a list to only one list", &step.place);
-                    }
-                    Some(_) => {}
-                    None => {
-                        augmented.insert((from.clone(), name.clone()), (rank, at));
-                        let place = if step.place.is_some() { &step.place } else { &self.of.place };
-                        self.verb.transitions.push(Transition { from, condition: name, to: to.clone(), place: place.clone() });
-                    }
+                if of.ends(list, &own) && (names_list || of.can_come(list, &own)) {
+                    ended.extend(of.lists_with(list).into_iter().map(|from| (from, name.clone())));
                 }
             }
         }
-        if !covers {
+        if ended.is_empty() {
             self.refuse_nothing(step, lists);
+        }
+        for (from, name) in ended {
+            match augmented.get(&(from.clone(), name.clone())) {
+                Some((known, other)) if *known == rank && *other != at => {
+                    let message = format!("{} appears twice: ('{from}', '{name}') leads to two lists", text(step));
+                    self.refuse(Class::CompositionConflict, message, "let a condition lead from a list to only one list", &step.place);
+                }
+                Some(_) => {}
+                None => {
+                    augmented.insert((from.clone(), name.clone()), (rank, at));
+                    let place = if step.place.is_some() { &step.place } else { &self.of.place };
+                    self.verb.transitions.push(Transition { from, condition: name, to: to.clone(), place: place.clone() });
+                }
+            }
         }
     }
 
@@ -297,7 +297,8 @@ impl Composing<'_> {
             reached.extend(self.verb.transitions.iter().filter(|t| t.from == list).map(|t| t.to.as_str()));
             at += 1;
         }
-        let is_reached = |part: &super::PartOf<'_>| (0..part.verb.command_lists.len()).any(|list| reached.contains(part.list(list).as_str()));
+        let is_reached =
+            |part: &super::PartOf<'_>| (0..part.verb.command_lists.len()).flat_map(|list| part.lists_with(list)).any(|list| reached.contains(list.as_str()));
         let lost: Vec<usize> = (0..self.parts.len()).filter(|part| !is_reached(&self.parts[*part])).collect();
         let initial = self.verb.initial.clone().unwrap_or_default();
         for part in lost {

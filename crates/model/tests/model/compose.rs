@@ -235,6 +235,36 @@ fn together_keeps_what_each_part_does_after_it() {
 }
 
 #[test]
+fn a_system_condition_leads_on_only_the_parts_that_follow_it() {
+    let with = |name: &str, lists: Value, transitions: &[[&str; 3]]| {
+        let of = |[from, condition, to]: &[&str; 3]| json!({"from": from, "condition": condition, "to": to});
+        counting(name, json!({"command_lists": lists, "initial": "start", "transitions": transitions.iter().map(of).collect::<Vec<_>>()}))
+    };
+    // The first part works on in `back` after `enough`, and a halt leads there too; there, a halt ends it. The second one brakes.
+    let back = json!({"start": list(&["+s 1ms"]), "back": list(&["+s 2ms"])});
+    let a = with("first", back, &[["start", "enough", "back"], ["start", "halted", "back"]]);
+    let stop = json!({"start": list(&["+s 1ms"]), "stop": list(&["+s 2ms"])});
+    let b = with("second", stop, &[["start", "halted", "stop"], ["start", "time_limit", "stop"], ["stop", "halted", "stop"], ["stop", "time_limit", "stop"]]);
+    let rename = json!({"b.y": "z", "b.enough": "full", "b.last": "z_last"});
+    let whole = made(json!({"parts": {"a": a, "b": b}, "transitions": [], "together": true, "rename": rename}));
+    let expected = [
+        "start enough back_and_stop",
+        "start halted back_and_stop",
+        "start time_limit b.stop",
+        "back_and_stop halted b.stop",
+        "b.stop halted b.stop",
+        "back_and_stop time_limit b.stop",
+        "b.stop time_limit b.stop",
+    ];
+    assert_eq!(tau(&whole), expected);
+    assert_eq!(
+        (commands(&whole, "back_and_stop"), commands(&whole, "b.stop")),
+        (vec!["+a.s", "+b.s", "?a.s.above", "?b.s.above", "-a.s", "-b.s"], vec!["+b.s"])
+    );
+    assert_eq!(whole.conditions["b.enough"].during, ["b.stop"], "the condition of the part that is left alone ends it");
+}
+
+#[test]
 fn a_wait_for_a_termination_condition_waits_for_what_it_stands_for_in_its_part() {
     let b = counting("second", json!({"command_lists": start(&["+s 1ms", "?enough"])}));
     let whole = made(json!({"parts": {"b": b}}));

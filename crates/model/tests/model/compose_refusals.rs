@@ -304,19 +304,24 @@ fn parts_that_are_all_awaited_come_to_an_end_in_one_list() {
 }
 
 #[test]
-fn a_system_condition_that_parts_answer_across_is_refused_with_a_remedy_that_holds() {
-    let stopping = |limit: &str| {
+fn a_system_condition_that_leads_only_one_part_back_is_refused_with_a_remedy_that_holds() {
+    let stopping = |condition: &str, to: &str| {
         let mut lists = json!({"start": list(&["+s 1ms"]), "stop": list(&["+s 2ms"])});
-        lists[limit] = list(&["+s 2ms"]);
+        lists[to] = list(&["+s 2ms"]);
         let mut transitions = vec![json!({"from": "start", "condition": "halted", "to": "stop"})];
-        transitions.push(json!({"from": "start", "condition": "time_limit", "to": limit}));
+        transitions.push(json!({"from": "start", "condition": condition, "to": to}));
         json!({"command_lists": lists, "initial": "start", "transitions": transitions})
     };
-    let together = |a: &str, b: &str| {
-        refused(stopping(a), stopping(b), json!({"together": true, "transitions": [], "rename": {"b.y": "z", "b.last": "z_last", "b.enough": "z_enough"}}))
+    let together = |condition: &str, a: &str, b: &str| {
+        let rename = json!({"b.y": "z", "b.last": "z_last", "b.enough": "z_enough"});
+        refused(stopping(condition, a), stopping(condition, b), json!({"together": true, "transitions": [], "rename": rename}))
     };
-    let said = together("stop", "give_up");
-    assert!(said.contains("the condition 'time_limit' leads part 'a' and part 'b' to different lists"), "{said}");
-    assert!(said.contains("let it lead both to lists of their own, to which nothing else leads, or both back") && !said.contains("rename"), "{said}");
-    assert_eq!((together("stop", "stop"), together("give_up", "give_up")), (String::new(), String::new()), "the remedy holds");
+    for condition in ["completed", "time_limit", "device_lost", "overrun", "fault"] {
+        let said = together(condition, "stop", "start");
+        assert!(said.contains(&format!("the condition '{condition}' leads part 'a' and part 'b' to different lists")), "{said}");
+        assert!(said.contains("let it lead both back to the initial list, or both to other lists") && !said.contains("rename"), "{said}");
+        for (a, b) in [("start", "start"), ("stop", "stop"), ("give_up", "give_up"), ("stop", "give_up")] {
+            assert_eq!(together(condition, a, b), String::new(), "the remedy holds");
+        }
+    }
 }
