@@ -233,6 +233,16 @@ def test_what_follows_a_part_without_a_normal_end_of_its_own_begins_at_no_halt(r
     trial.try_ends(("halt", "time_limit", "suspended", "halt"))
 
 
+@pytest.mark.parametrize("seed", [900000171, 910100136])
+def test_a_part_that_a_halt_leads_on_alone_begins_no_work_of_its_own(rig: Rig, seed: int) -> None:
+    """Parts run together in two lists here, each of which a halt leaves for a list of one part."""
+    trial = drawn_trial(rig, of_svvs(rig), seed, Slides(rig))
+    assert trial is not None
+    for at_ms in range(20):
+        for how in ("halt", "time_limit", "stop_while_it_halts"):
+            trial.try_end(how, at_ms + 0.5)
+
+
 def test_nothing_begins_in_a_composition_whose_system_is_closed(built: dict[str, str]) -> None:
     chosen, ran = seeds(CLOSED, 90_000), 0
     for seed in chosen:

@@ -21,7 +21,7 @@ use crate::configuration::Configuration;
 use crate::definition::{Part, Suspend, Verb};
 use crate::refusal::{Class, Refusal, Refusals, SourceLocation};
 use crate::value::Value;
-use indexmap::IndexMap;
+use indexmap::{IndexMap, IndexSet};
 use joint::Joint;
 use part::PartOf;
 use serde::{Deserialize, Serialize};
@@ -117,6 +117,8 @@ struct Composing<'a> {
     of: &'a Composition,
     parts: Vec<PartOf<'a>>,
     joints: Vec<Joint>,
+    /// Lists of parts that run together and that are reached only after a condition that orders the verb to end.
+    endings: IndexSet<String>,
     verb: Verb,
     refusals: Refusals,
 }
@@ -144,7 +146,11 @@ impl<'a> Composing<'a> {
             let refusal = Refusal::new(Class::DefinitionError, format!("the composition '{}' has no parts", of.name));
             refusals.push(refusal.remedy("give it verbs by label: {'approach': approach, 'grasp': grasp}").at(&of.place));
         }
-        if refusals.is_empty() { Ok(Composing { of, verb: empty(of, &parts), parts, joints: Vec::new(), refusals }) } else { Err(refusals) }
+        if refusals.is_empty() {
+            Ok(Composing { of, verb: empty(of, &parts), parts, joints: Vec::new(), endings: IndexSet::new(), refusals })
+        } else {
+            Err(refusals)
+        }
     }
 
     fn stop(&mut self) -> Result<(), Refusals> {

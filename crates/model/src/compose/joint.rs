@@ -48,28 +48,50 @@ impl Composing<'_> {
         }
     }
 
-    /// Adds the lists to which conditions lead: from a joint list, the system conditions; from a list of one part, all conditions.
+    /// Adds the lists to which conditions lead, from the initial one on, and records which of them only end the verb.
     fn follow_conditions(&mut self) {
-        let lists_of = |(at, part): (usize, &PartOf<'_>)| (0..part.verb.command_lists.len()).map(move |list| vec![(at, list)]).collect::<Vec<_>>();
-        let mut running: Vec<Vec<ListOf>> = self.joints.iter().map(|joint| joint.lists.clone()).collect();
-        running.extend(self.parts.iter().enumerate().flat_map(lists_of));
-        // A list that becomes part of a joint list may also be led to alone, by a list that has been seen already.
-        let mut known = 0;
-        while known < running.len() {
-            known = running.len();
-            let mut at = 0;
-            while let Some(lists) = running.get(at).cloned() {
-                at += 1;
-                if self.name_of(&lists).is_none() {
-                    continue;
-                }
-                for condition in self.followed(&lists) {
-                    let Some(goals) = self.goals(&lists, &condition).filter(|goals| self.name_of(goals).is_none()) else { continue };
-                    self.add(&goals);
-                    running.push(goals);
+        // A list that becomes part of a joint list is also led to where it was alone before.
+        let seen = loop {
+            let known = self.names().len();
+            let seen = self.reach();
+            if self.names().len() == known {
+                break seen;
+            }
+        };
+        let of = |ending: bool| seen.iter().filter(move |(_, is_ending)| *is_ending == ending).filter_map(|(lists, _)| self.name_of(lists));
+        let work: IndexSet<String> = of(false).collect();
+        let endings: IndexSet<String> = of(true).filter(|name| !work.contains(name)).collect();
+        let is_reached = |name: &String| work.contains(name) || endings.contains(name);
+        self.joints.retain(|joint| is_reached(&joint.name));
+        for part in &mut self.parts {
+            part.joint.values_mut().for_each(|names| names.retain(is_reached));
+            part.joint.retain(|_, names| !names.is_empty());
+        }
+        self.endings = endings;
+    }
+
+    /// Returns the names of the joint lists, and of the lists that also stand alone.
+    fn names(&self) -> HashSet<&String> {
+        self.parts.iter().flat_map(|part| part.joint.values().flatten()).collect()
+    }
+
+    /// Follows all conditions from the initial list, adds the lists to which they lead, and returns the lists reached, each with true if
+    /// it was reached after a condition that orders the verb to end.
+    fn reach(&mut self) -> IndexSet<(Vec<ListOf>, bool)> {
+        let mut seen = IndexSet::from([(self.joints[0].lists.clone(), false)]);
+        let mut at = 0;
+        while let Some((lists, is_ending)) = seen.get_index(at).cloned() {
+            at += 1;
+            for condition in self.conditions_of(&lists) {
+                for next in self.next(&lists, &condition, is_ending) {
+                    if self.name_of(&next).is_none() {
+                        self.add(&next);
+                    }
+                    seen.insert((next, is_ending || ENDS.contains(&condition.as_str())));
                 }
             }
         }
+        seen
     }
 
     /// Adds a list that consists of exactly these lists.
@@ -83,23 +105,42 @@ impl Composing<'_> {
         }
     }
 
-    /// Returns the conditions that lead on from a list: for several parts, those of the system, and for a single part, all its
-    /// conditions.
-    fn followed(&self, lists: &[ListOf]) -> IndexSet<String> {
-        let system = || SYSTEM.iter().chain(&LIMITS).map(|name| (*name).to_owned());
-        let own = |part: usize| self.parts[part].verb.transitions.iter().map(|line| line.condition.clone());
-        if let [(part, _)] = lists { own(*part).collect() } else { system().collect() }
+    /// Returns all conditions that lead on a part that runs one of these lists.
+    fn conditions_of(&self, lists: &[ListOf]) -> IndexSet<String> {
+        let of = |(part, list): &ListOf| {
+            let from = self.parts[*part].own_list(*list);
+            self.parts[*part].verb.transitions.iter().filter(move |line| line.from == from).map(|line| line.condition.clone())
+        };
+        lists.iter().flat_map(of).collect()
     }
 
-    /// Returns the lists to which a condition leads the parts that run. A part that it leads nowhere goes on with a list that brings it to
-    /// rest, and is otherwise left out. `None` if the condition leads no part on, or leads a part to its initial or ending list, which
-    /// belongs to the whole verb.
-    fn goals(&self, lists: &[ListOf], condition: &str) -> Option<Vec<ListOf>> {
+    /// Returns the lists to which a condition leads.
+    fn next(&self, lists: &[ListOf], condition: &str, is_ending: bool) -> Vec<Vec<ListOf>> {
+        if let Some(goals) = self.goals(lists, condition, is_ending) {
+            return vec![goals];
+        }
+        let goals = lists.iter().filter_map(|(part, list)| Some((*part, self.parts[*part].goal(*list, condition, is_ending)?)));
+        goals.map(|goal| self.merged(goal)).collect()
+    }
+
+    /// Returns the list to which a part's own conditions lead: the first joint list that contains a list, or that list alone.
+    fn merged(&self, (part, list): ListOf) -> Vec<ListOf> {
+        let name = self.parts[part].list(list);
+        self.joints.iter().find(|joint| joint.name == name).map_or_else(|| vec![(part, list)], |joint| joint.lists.clone())
+    }
+
+    /// Returns exactly the lists to which a condition leads the parts that run: a system condition, or any condition of a part that runs
+    /// alone. A part that it leads nowhere goes on with a list that brings it to rest, and is otherwise left out. `None` if the condition
+    /// leads no part on, or leads a part to its initial or ending list, which belongs to the whole verb.
+    fn goals(&self, lists: &[ListOf], condition: &str, is_ending: bool) -> Option<Vec<ListOf>> {
+        if lists.len() > 1 && !SYSTEM.contains(&condition) && !LIMITS.contains(&condition) {
+            return None;
+        }
         let mut goals = Vec::new();
         let mut leads = false;
         for &(part, list) in lists {
             let of = &self.parts[part];
-            match of.goal(list, condition) {
+            match of.goal(list, condition, is_ending) {
                 Some(goal) if goal == of.checked.initial || of.checked.ending.list == Some(goal) => return None,
                 Some(goal) => {
                     goals.push((part, goal));
@@ -122,18 +163,18 @@ impl Composing<'_> {
     /// Returns the transitions of the composed verb for a transition of a part: pairs of the list from which it leads and its target.
     pub fn targets(&self, part: usize, line: &Transition) -> Vec<(String, String)> {
         let of = &self.parts[part];
-        let Some(list) = of.verb.command_lists.get_index_of(&line.from) else {
+        let Some(list) = of.verb.command_lists.get_index_of(&line.from).filter(|_| self.of.together) else {
             return vec![(of.list_named(&line.from), of.list_named(&line.to))];
         };
         let target = |from: String| {
             let joint = self.joints.iter().find(|joint| joint.name == from);
             let running = joint.map_or_else(|| vec![(part, list)], |joint| joint.lists.clone());
-            let is_followed = self.of.together && self.followed(&running).contains(&line.condition);
-            let goals = if is_followed { self.goals(&running, &line.condition) } else { None };
-            let to = goals.and_then(|goals| self.name_of(&goals)).unwrap_or_else(|| of.list_named(&line.to));
-            (from, to)
+            let is_ending = self.endings.contains(&from);
+            of.goal(list, &line.condition, is_ending)?;
+            let goals = self.goals(&running, &line.condition, is_ending);
+            Some((from, goals.and_then(|goals| self.name_of(&goals)).unwrap_or_else(|| of.list_named(&line.to))))
         };
-        of.lists_with(list).into_iter().map(target).collect()
+        of.lists_with(list).into_iter().filter_map(target).collect()
     }
 
     fn joint_name(&self, lists: &[ListOf]) -> String {
@@ -189,11 +230,13 @@ impl PartOf<'_> {
         self.verb.command_lists.get_index(list).map_or("", |(name, _)| name.as_str())
     }
 
-    /// Returns the list to which a condition leads from another list.
-    fn goal(&self, list: usize, condition: &str) -> Option<usize> {
+    /// Returns the list to which a condition leads from another list. From the lists of an ending, only a condition that orders the verb
+    /// to end leads to work.
+    fn goal(&self, list: usize, condition: &str, is_ending: bool) -> Option<usize> {
         let from = self.own_list(list);
         let line = self.verb.transitions.iter().find(|line| line.from == from && line.condition == condition)?;
-        self.verb.command_lists.get_index_of(&line.to)
+        let to = self.verb.command_lists.get_index_of(&line.to)?;
+        (!is_ending || ENDS.contains(&condition) || !self.is_work(to)).then_some(to)
     }
 
     /// Returns true if a list can be reached from the initial one while the part is not ending.

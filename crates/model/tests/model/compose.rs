@@ -259,9 +259,26 @@ fn a_system_condition_leads_on_only_the_parts_that_follow_it() {
     assert_eq!(tau(&whole), expected);
     assert_eq!(
         (commands(&whole, "back_and_stop"), commands(&whole, "b.stop")),
-        (vec!["+a.s", "+b.s", "?a.s.above", "?b.s.above", "-a.s", "-b.s"], vec!["+b.s"])
+        (["+a.s", "+b.s", "?a.s.above", "?b.s.above", "-a.s", "-b.s"].map(str::to_owned).to_vec(), vec!["+b.s".to_owned()])
     );
-    assert_eq!(whole.conditions["b.enough"].during, ["b.stop"], "the condition of the part that is left alone ends it");
+    assert_eq!(whole.conditions["b.full"].during, ["b.stop"], "the condition of the part that is left alone ends it");
+}
+
+#[test]
+fn a_list_that_ends_one_part_leads_to_no_work_of_that_part() {
+    let of = |[from, condition, to]: [&str; 3]| json!({"from": from, "condition": condition, "to": to});
+    let part = |name: &str, more: &[[&str; 3]]| {
+        let mut lists = json!({"start": list(&["+s 1ms"]), "next": list(&["+s 2ms"])});
+        if !more.is_empty() {
+            lists["stop"] = list(&["+s 1ms"]);
+        }
+        let transitions: Vec<Value> = [&[["start", "completed", "next"]], more].concat().into_iter().map(of).collect();
+        counting(name, json!({"command_lists": lists, "initial": "start", "transitions": transitions}))
+    };
+    let a = part("first", &[["start", "halted", "stop"], ["stop", "enough", "next"]]);
+    let rename = json!({"b.y": "z", "b.enough": "full", "b.last": "z_last"});
+    let whole = made(json!({"parts": {"a": a, "b": part("second", &[])}, "transitions": [], "together": true, "rename": rename}));
+    assert_eq!(tau(&whole), ["start completed next", "start halted a.stop"]);
 }
 
 #[test]
