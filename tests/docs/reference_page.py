@@ -81,7 +81,7 @@ GROUPS: dict[str, tuple[str, str]] = {
         "opengpac.robots",
         "load Arm Joint joint_servo joint_decoupled_servo joint_follower "
         "move Moved MotionTimeout FollowingError ServoUnstable Payload Kinematics Axis Dynamics Link Interfaces gripper Finger "
-        "finger_servo finger_follower tool_by_touching TouchedTool",
+        "finger_servo finger_follower tool_by_touching TouchedTool identify_payload IdentifiedPayload",
     ),
     "Signals of a cell": (
         "opengpac.cell",

@@ -53,7 +53,7 @@ class Link:
             offset = [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z]
             inertia += np.array(link.inertia) + link.mass * np.array(offset)
         xx, yy, zz, xy, xz, yz = inertia.tolist()
-        return Link(mass, _three(centre), (xx, yy, zz, xy, xz, yz), self.armature)
+        return Link(mass, three(centre), (xx, yy, zz, xy, xz, yz), self.armature)
 
 
 @dataclass(frozen=True)
@@ -92,6 +92,10 @@ class Dynamics:
         given = {"velocity": velocity, "acceleration": acceleration}
         return self._run(q=positions(q), **{name: positions(value) for name, value in given.items() if value is not None})[0]
 
+    def effort_of_each(self, q: np.ndarray, velocity: np.ndarray, acceleration: np.ndarray) -> np.ndarray:
+        """Returns the efforts of many samples, a row for each, like `effort`; the arguments have a row for each sample."""
+        return self._run(q=q.tolist(), velocity=velocity.tolist(), acceleration=acceleration.tolist())
+
     def inertia(self, q: Iterable[float]) -> np.ndarray:
         """Returns the inertia matrix of the joints, n x n, at positions `q` (rad or m): effort = inertia @ acceleration, without gravity.
 
@@ -102,7 +106,7 @@ class Dynamics:
         return weightless._run(q=[self.kinematics._positions(q)] * n, acceleration=np.eye(n).tolist()).T
 
     def carrying(self, payload: Payload) -> Dynamics:
-        """Returns the dynamics of the arm with a payload at its flange: a point mass at the payload's centre."""
+        """Returns the dynamics of the arm with a payload at its flange: a body with the payload's mass, centre and inertia."""
         moving = [i for i, axis in enumerate(self.kinematics.axes) if axis.kind != NONE]
         if not moving:
             refuse(
@@ -111,8 +115,11 @@ class Dynamics:
                 "omit the payload",
             )
         at = self.kinematics.home @ Pose(payload.centre)
+        turn, (xx, yy, zz, xy, xz, yz) = at.matrix[:3, :3], payload.inertia
+        inertia = turn @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ turn.T
+        about = (*np.diag(inertia).tolist(), float(inertia[0, 1]), float(inertia[0, 2]), float(inertia[1, 2]))
         links = list(self.links)
-        links[moving[-1]] = links[moving[-1]].joined(Link(payload.mass, _three(at.position)))
+        links[moving[-1]] = links[moving[-1]].joined(Link(payload.mass, three(at.position), about))
         return dataclasses.replace(self, links=tuple(links))
 
     def _run(self, **inputs: Any) -> np.ndarray:
@@ -131,10 +138,11 @@ class Dynamics:
         chain = Kinematics.of_mjcf(path, joints, site=site) if kinematics is None else kinematics
         mujoco = importlib.import_module("mujoco")
         model = mujoco.MjModel.from_xml_path(str(path))
-        return cls(chain, _links(mujoco, model, chain), _three(model.opt.gravity))
+        return cls(chain, _links(mujoco, model, chain), three(model.opt.gravity))
 
 
-def _three(given: Iterable[float]) -> tuple[float, float, float]:
+def three(given: Iterable[float]) -> tuple[float, float, float]:
+    """Returns three numbers as a tuple of plain numbers."""
     x, y, z = (float(each) for each in given)
     return x, y, z
 
@@ -159,4 +167,4 @@ def _body(model: Any, data: Any, body: int) -> Link:
     axes = data.ximat[body].reshape(3, 3)
     inertia = axes @ np.diag(model.body_inertia[body]) @ axes.T
     xx, yy, zz, xy, xz, yz = (float(inertia[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
-    return Link(float(model.body_mass[body]), _three(data.xipos[body]), (xx, yy, zz, xy, xz, yz))
+    return Link(float(model.body_mass[body]), three(data.xipos[body]), (xx, yy, zz, xy, xz, yz))

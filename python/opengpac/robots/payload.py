@@ -3,23 +3,33 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from .. import library
 from ..errors import CallError, refuse
 from ..values.encoding import plain
 from ..values.numbers import number
 
+NO_INERTIA = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+"""Inertia of a point mass."""
+
 
 @dataclass(frozen=True)
 class Payload:
     """Payload of an arm: its mass (kg, from 0) and its `centre` of mass in the flange's frame (m).
 
-    Raises `OutOfRange` for an implausible mass or coordinate, `CallError` for a centre that is not three numbers.
+    `inertia` is about the centre of mass in the axes of the flange, kg m², as xx, yy, zz, xy, xz, yz; only `arm.dynamics.carrying`
+    uses it. Raises `OutOfRange` for an implausible mass or coordinate, `CallError` for a centre that is not three numbers and an
+    inertia that is not that of a body.
     """
 
     mass: float
     centre: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    inertia: tuple[float, float, float, float, float, float] = NO_INERTIA
 
     def __post_init__(self) -> None:
         items, centre = library.payload_effort.items, plain(self.centre, "the centre of mass of a payload")
@@ -35,3 +45,20 @@ class Payload:
         # Use plain numbers: payloads of arrays could not be compared.
         object.__setattr__(self, "mass", number(self.mass))
         object.__setattr__(self, "centre", tuple(centre))
+        object.__setattr__(self, "inertia", _inertia(self.inertia))
+
+
+def _inertia(given: Any) -> tuple[float, float, float, float, float, float]:
+    """Returns six plain numbers; refuses those that no body can have."""
+    six = plain(given, "the inertia of a payload")
+    if not isinstance(six, list) or len(six) != 6 or not all(isinstance(value, int | float) and math.isfinite(value) for value in six):
+        refuse(CallError, f"the inertia of a payload must be six numbers, not {given!r}", "pass xx, yy, zz, xy, xz and yz in kg m²")
+    xx, yy, zz, xy, xz, yz = (float(value) for value in six)
+    moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    if moments[0] < -1e-12 * max(1.0, moments[2]):
+        refuse(
+            CallError,
+            f"no body has the inertia {given!r}: a principal moment would be {moments[0]:.3g} kg m²",
+            "check the signs of xy, xz and yz",
+        )
+    return (xx, yy, zz, xy, xz, yz)
