@@ -17,6 +17,7 @@ import {
   run,
   STOP,
   shoot,
+  show,
   stopRectangles,
 } from "./running";
 
@@ -229,5 +230,55 @@ test("no machine is drawn in a pose that nobody has told", async () => {
   await page.getByText("Waiting for its position").waitFor();
   let_through();
   await page.locator('.stage[data-placed="yes"] canvas').waitFor();
+  await context.close();
+});
+
+/** Answers each of these calls of a page with this status, as often as it says; returns the numbers of calls so far. */
+async function turnedAway(page: Page, status: number, times: number, calls: readonly string[]): Promise<Map<string, number>> {
+  const made = new Map<string, number>();
+  await page.route(/\/v1\/call\/\w+$/, (route) => {
+    const call = route.request().url().split("/").at(-1) ?? "";
+    if (!calls.includes(call)) return route.continue();
+    made.set(call, (made.get(call) ?? 0) + 1);
+    const errors = [{ class: "InvalidState", message: "internal error in OpenGPAC", remedy: "please report it" }];
+    return (made.get(call) ?? 0) > times ? route.continue() : route.fulfill({ status, json: { errors } });
+  });
+  return made;
+}
+
+test("what the system could not answer at first is shown as soon as it can: the tour, the scope's parameters, a ghost", async () => {
+  const { page, context } = await open(browser, running.url);
+  for (const [view, calls, shown] of [
+    ["#/start", ["configuration", "names", "geometry"], page.getByRole("button", { name: "Take the tour" })],
+    ["#/scope?names=ur5e.wrist_3.sensed", ["configuration", "device_parameter"], page.locator(".parameters input").first()],
+    ["#/devices", ["names"], page.locator('.stage[data-ghost="commanded"]')],
+  ] as const) {
+    await show(page, "#/log");
+    await page.getByRole("main", { name: "Log" }).waitFor();
+    if (view === "#/devices") {
+      await show(page, view);
+      await page.locator('.stage[data-placed="yes"] canvas').waitFor();
+    }
+    const made = await turnedAway(page, 503, 1, calls);
+    if (view === "#/devices") await page.getByRole("combobox", { name: "Ghost" }).selectOption("commanded");
+    else await show(page, view);
+    await shown.waitFor();
+    for (const call of calls) expect(made.get(call), `${view} ${call}`).toBeGreaterThan(1);
+    await page.unroute(/\/v1\/call\/\w+$/);
+  }
+  await context.close();
+});
+
+test("a fault of the system is shown, and disappears when the question is answered", async () => {
+  const { page, context } = await open(browser, running.url);
+  await show(page, "#/log");
+  await page.getByRole("main", { name: "Log" }).waitFor();
+  const made = await turnedAway(page, 500, 2, ["names"]);
+  await show(page, "#/start");
+  const told = page.getByRole("region", { name: "Messages" }).getByText("internal error in OpenGPAC");
+  await told.waitFor();
+  await page.getByRole("button", { name: "Take the tour" }).waitFor();
+  await told.waitFor({ state: "detached" });
+  expect(made.get("names")).toBe(3);
   await context.close();
 });

@@ -40,6 +40,11 @@ export class RefusalError extends Error {
   get isTemporary(): boolean {
     return this.status === 408 || this.status === 429 || this.status >= 500;
   }
+
+  /** True if the system failed at the request itself, so that the next attempt probably fails in the same way. */
+  get isFault(): boolean {
+    return this.status === 500;
+  }
 }
 
 /** Converts any error to refusals, so that all errors are shown in the same way. */

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 import { useEffect, useState } from "react";
+import { faults } from "../control/asking";
 import type { Statistics } from "../control/shapes";
 import { seconds } from "../design/numbers";
 import { Refusals, Tag } from "../design/parts";
@@ -26,6 +27,8 @@ export function TopBar() {
   const now = useTopic(control.topics.statistics);
   const statisticsTrouble = useWatched(control.topics.statistics.trouble);
   const sessionTrouble = useWatched(control.session.trouble);
+  // The faults of all questions read the same.
+  const faulty = useWatched(faults);
   const press = useEmergencyStop(now);
   const [isUnfolded, setUnfolded] = useState(false);
   return (
@@ -63,7 +66,7 @@ export function TopBar() {
         <CommandRequests />
         <AlarmBar />
         <Restarted />
-        <Refusals of={[...sessionTrouble, ...statisticsTrouble]} />
+        <Refusals of={[...sessionTrouble, ...statisticsTrouble, ...faulty.slice(0, 1)]} />
       </Notices>
       <TimeBar />
       <Tour />

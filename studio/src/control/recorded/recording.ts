@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { tr } from "../../language/text";
+import { Attempts } from "../asking";
 import type { Looks } from "../calls";
 import type { Control } from "../control";
 import { RefusalError, refusalsOf } from "../refusals";
@@ -247,8 +248,12 @@ export class Recording implements Source, Past {
     return this.#live.look("recorded_at", { path: this.name, time_ns: this.cursor.get(), names, topics, known: known as never });
   }
 
+  #attempts = new Attempts();
+  #retry: ReturnType<typeof setTimeout> | undefined;
+
   // Only one request is under way at a time. If the cursor moves meanwhile, its newest position is requested afterwards.
   #lookSoon(): void {
+    clearTimeout(this.#retry);
     if (this.#looking) {
       this.#again = true;
       return;
@@ -258,8 +263,15 @@ export class Recording implements Source, Past {
     const time_ns = this.cursor.get();
     this.#at(this.values.names(), ["/statistics", "/alarms"])
       .then(
-        (found) => this.#show(time_ns, found),
-        (why) => this.trouble.set(refusalsOf(why)),
+        (found) => {
+          this.#attempts = new Attempts();
+          this.#show(time_ns, found);
+        },
+        (why) => {
+          this.trouble.set(refusalsOf(why));
+          const wait_ms = this.#attempts.againAfter_ms(why);
+          if (wait_ms !== null) this.#retry = setTimeout(() => this.#lookSoon(), wait_ms);
+        },
       )
       .finally(() => {
         this.#looking = false;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test, vi } from "vitest";
-import { RefusalError } from "../refusals";
+import { RefusalError, unreachable } from "../refusals";
 import type { InstalledInstances, ReplayDifference, Replaying } from "../shapes";
 import { differsOf, ReplayRun } from "./replaying";
 
@@ -89,4 +89,16 @@ test("equal runs say so, what fails says why, and what was cancelled says nothin
   await done;
   expect(cancelled.of.state.get()).toEqual({ kind: "none" });
   vi.useRealTimers();
+});
+
+test("a replay goes on if the system does not answer for a while", async () => {
+  vi.useFakeTimers();
+  const slow = new RefusalError([{ class: "LimitExceeded", message: "it took too long" }], 408);
+  const { of, asked } = system(still, slow, unreachable(new Error("cut")), still, found(null));
+  const over = of.run(false);
+  await vi.advanceTimersByTimeAsync(10_000);
+  await over;
+  vi.useRealTimers();
+  expect(of.state.get()).toMatchObject({ kind: "over", firings: 50 });
+  expect(asked).toEqual(["replay", "stop_replay"]);
 });

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Replay of a recording by the system, in a separate process: its progress, and the first value that differs from the recorded one.
 import { tr } from "../../language/text";
+import { Attempts } from "../asking";
 import type { Control } from "../control";
 import { type Refusal, refusalsOf } from "../refusals";
 import type { InstalledInstances, ReplayDifference, Replaying } from "../shapes";
@@ -61,9 +62,16 @@ export class ReplayRun {
 
   /** Waits until the replay ends, and returns its final state; null if it was cancelled. */
   async #end(replay: number): Promise<Replaying | null> {
+    let attempts = new Attempts();
     for (;;) {
-      const now = await this.#system.look("replaying", { replay });
+      const now = await this.#system.look("replaying", { replay }).catch((why) => attempts.againAfter_ms(why) ?? Promise.reject(why));
       if (this.#number !== replay) return null;
+      if (typeof now === "number") {
+        // The replay goes on, although the system did not answer.
+        await new Promise((again) => setTimeout(again, now));
+        continue;
+      }
+      attempts = new Attempts();
       if (!now.running) return now;
       this.state.set({ kind: "runs", firings: now.firings, time_ns: now.time_ns });
       await new Promise((again) => setTimeout(again, LOOK_MS));

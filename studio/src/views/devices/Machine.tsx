@@ -40,7 +40,7 @@ export default function Machine(props: { device: string; lost: string | null }) 
       },
       failed: (why) => {
         // A device without a geometry is not an error: a table of signals has none.
-        if (!(why instanceof RefusalError && why.is("InvalidState"))) setTrouble(refusalsOf(why));
+        if (!(why instanceof RefusalError && why.is("InvalidState") && !why.isFault)) setTrouble(refusalsOf(why));
       },
     });
   }, [control, device]);
@@ -104,7 +104,7 @@ export default function Machine(props: { device: string; lost: string | null }) 
     if (!scene) return;
     setUndrawn([]);
     const body = drawn.body ?? toolOf(scene.geometry);
-    return drawBeside(scene, { ...drawn, body }, (why) => setUndrawn(refusalsOf(why)));
+    return drawBeside(scene, { ...drawn, body }, setUndrawn);
   }, [scene, drawn]);
 
   if (!geometry && trouble.length === 0) return null;

@@ -3,6 +3,8 @@
 // of the cursor.
 
 import { AxesHelper, Box3, BufferGeometry, Color, Group, Line, LineBasicMaterial, Sphere, Vector3 } from "three";
+import { Attempts, askUntilAnswered } from "../../control/asking";
+import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { Geometry } from "../../control/shapes";
 import type { Source } from "../../control/source";
 import { colour } from "../../design/colours";
@@ -24,14 +26,17 @@ export interface Scene {
   told: DOMStringMap;
 }
 
-/** Draws the objects until the returned function is called. `failed` is called with the reason if an object cannot be drawn. */
-export function drawBeside(scene: Scene, drawn: DrawnObjects, failed: (why: unknown) => void): () => void {
+/** Receives the reasons for which an object cannot be drawn; none as soon as it is drawn. */
+type Tell = (refusals: Refusal[]) => void;
+
+/** Draws the objects until the returned function is called. `tell` is called with the reasons if an object cannot be drawn. */
+export function drawBeside(scene: Scene, drawn: DrawnObjects, tell: Tell): () => void {
   const over = new AbortController();
   const ends: (() => void)[] = [];
   if (drawn.frames) ends.push(drawFrames(scene));
   if (drawn.force_N !== null && scene.geometry.contacts) ends.push(drawContacts(scene, scene.geometry.contacts, drawn.force_N));
-  if (drawn.path_s > 0 && drawn.body !== null) ends.push(drawPath(scene, drawn.body, drawn.path_s * 1e9, over.signal, failed));
-  if (drawn.ghost) drawGhost(scene, drawn.ghost, over.signal).then((end) => (over.signal.aborted ? end() : ends.push(end)), failed);
+  if (drawn.path_s > 0 && drawn.body !== null) ends.push(drawPath(scene, drawn.body, drawn.path_s * 1e9, over.signal, tell));
+  if (drawn.ghost) ends.push(drawGhost(scene, drawn.ghost, tell));
   return () => {
     over.abort();
     for (const end of ends) end();
@@ -75,12 +80,33 @@ function drawContacts({ control, stage, told }: Scene, svv: string, force_N: num
   };
 }
 
-async function drawGhost({ control, geometry, stage, told }: Scene, aim: Aim, signal: AbortSignal): Promise<() => void> {
-  const { past } = control;
-  const svvs = past ? null : new Set((await control.look("names", {}, signal)).svvs);
-  const known = (name: string) => (past ? past.channel(name) !== undefined : (svvs?.has(name) ?? false));
-  const there = aimed(geometry, aim, control.topics.installed.get()?.instances ?? [], known);
-  if (!there) throw new Error(tr("devices.noJointOfThisMachineHas", { aim }));
+function drawGhost(scene: Scene, aim: Aim, tell: Tell): () => void {
+  const { past } = scene.control;
+  let end = () => {};
+  const put = (isKnown: (name: string) => boolean) => {
+    end();
+    const there = aimed(scene.geometry, aim, scene.control.topics.installed.get()?.instances ?? [], isKnown);
+    end = there ? putGhost(scene, aim, there) : () => {};
+    tell(there ? [] : refusalsOf(new Error(tr("devices.noJointOfThisMachineHas", { aim }))));
+  };
+  if (past) put((name) => past.channel(name) !== undefined);
+  const withdraw = past
+    ? () => {}
+    : askUntilAnswered(scene.control, {
+        ask: (signal) => scene.control.look("names", {}, signal),
+        take: ({ svvs }) => {
+          const known = new Set(svvs);
+          put((name) => known.has(name));
+        },
+        failed: (why) => tell(refusalsOf(why)),
+      });
+  return () => {
+    withdraw();
+    end();
+  };
+}
+
+function putGhost({ control, stage, told }: Scene, aim: Aim, there: Geometry): () => void {
   const ghost = buildGhost(there);
   const untold = new Set(ghost.joints.map((joint) => joint.svv));
   ghost.root.visible = false;
@@ -142,7 +168,7 @@ function setPoints(of: Line, places: readonly Place[]): void {
   of.visible = places.length > 1;
 }
 
-function drawPath(scene: Scene, body: string, span_ns: number, signal: AbortSignal, failed: (why: unknown) => void): () => void {
+function drawPath(scene: Scene, body: string, span_ns: number, signal: AbortSignal, tell: Tell): () => void {
   const lines = new PathLines();
   scene.stage.add(lines.root);
   const put = (places: readonly Place[], cursor_ns: number) => {
@@ -150,7 +176,7 @@ function drawPath(scene: Scene, body: string, span_ns: number, signal: AbortSign
     scene.told.path = String(places.length);
     scene.stage.draw();
   };
-  const end = scene.control.past ? followCursor(scene, body, span_ns, signal, put, failed) : followSystem(scene, body, span_ns, put);
+  const end = scene.control.past ? followCursor(scene, body, span_ns, signal, put, tell) : followSystem(scene, body, span_ns, put);
   return () => {
     end();
     delete scene.told.path;
@@ -186,12 +212,14 @@ function followCursor(
   span_ns: number,
   signal: AbortSignal,
   put: PutPath,
-  failed: (why: unknown) => void,
+  tell: Tell,
 ): () => void {
   const { past } = control;
   if (!past) return () => undefined;
   const path = new RecordedPath(past, geometry, body, span_ns);
   let looking = false;
+  let attempts = new Attempts();
+  let again: ReturnType<typeof setTimeout> | undefined;
   // Only one request is under way at a time: the cursor may have moved meanwhile.
   const look = async () => {
     if (looking) return;
@@ -199,16 +227,27 @@ function followCursor(
     for (let asked = Number.NaN; asked !== past.cursor.get() && !signal.aborted; ) {
       asked = past.cursor.get();
       const places = await path.around(asked, signal);
-      if (!signal.aborted) put(places, asked);
+      if (signal.aborted) return;
+      put(places, asked);
+      if (attempts.hasFailed) tell([]);
+      attempts = new Attempts();
     }
     looking = false;
   };
   const soon = () => {
     look().catch((why) => {
       looking = false;
-      if (!signal.aborted) failed(why);
+      if (signal.aborted) return;
+      tell(refusalsOf(why));
+      const wait_ms = attempts.againAfter_ms(why);
+      clearTimeout(again);
+      if (wait_ms !== null) again = setTimeout(soon, wait_ms);
     });
   };
   soon();
-  return past.cursor.watch(soon);
+  const forget = past.cursor.watch(soon);
+  return () => {
+    clearTimeout(again);
+    forget();
+  };
 }

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 
 import { useEffect, useState } from "react";
+import { askUntilAnswered } from "../../control/asking";
+import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { Past } from "../../control/source";
 import { Choice } from "../../design/Choice";
 import { Refusals } from "../../design/parts";
 import { tr } from "../../language/text";
-import { useAction, useWatched } from "../../shell/context";
+import { useAction, useControl, useWatched } from "../../shell/context";
 import { BEGINNING, momentsOf, nearest, shared } from "./beside";
 import type { Scope } from "./scope";
 
@@ -15,10 +17,18 @@ export function BesideTools(props: { scope: Scope; past: Past }) {
   const beside = useWatched(scope.beside);
   const action = useAction();
   const [names, setNames] = useState<string[]>([]);
-  const { run } = action;
+  const control = useControl();
+  const [unlisted, setUnlisted] = useState<Refusal[]>([]);
   useEffect(() => {
-    void run(async () => setNames(await past.others()));
-  }, [past, run]);
+    return askUntilAnswered(control, {
+      ask: () => past.others(),
+      take: (found) => {
+        setNames(found);
+        setUnlisted([]);
+      },
+      failed: (why) => setUnlisted(refusalsOf(why)),
+    });
+  }, [control, past]);
   const choose = (name: string) =>
     action.run(async () => scope.lay(name === "" ? null : { past: await past.beside(name), moment: BEGINNING, here: 0, there: 0 }));
   return (
@@ -36,7 +46,7 @@ export function BesideTools(props: { scope: Scope; past: Past }) {
       </Choice>
       {beside && <Moment scope={scope} past={past} />}
       {action.busy && <span className="quiet">{tr("scope.opens")}</span>}
-      <Refusals of={action.refusals} />
+      <Refusals of={[...unlisted, ...action.refusals]} />
     </>
   );
 }

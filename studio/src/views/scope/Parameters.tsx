@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
-import { useCallback, useEffect, useState } from "react";
+import { useEffect, useState } from "react";
+import { askUntilAnswered } from "../../control/asking";
+import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { Configuration } from "../../control/shapes";
 import { Panel, Refusals } from "../../design/parts";
 import { tr } from "../../language/text";
@@ -24,11 +26,18 @@ export function Parameters(props: { scope: Scope }) {
   const installed = useTopic(control.topics.installed);
   const traces = useWatched(props.scope.setup).traces;
   const [configuration, setConfiguration] = useState<Configuration | null>(null);
-  const { run, refusals } = useAction();
+  const [refusals, setRefusals] = useState<Refusal[]>([]);
   // biome-ignore lint/correctness/useExhaustiveDependencies: what is installed may have brought devices
   useEffect(() => {
-    void run(async () => setConfiguration(await control.look("configuration", {})));
-  }, [control, installed, run]);
+    return askUntilAnswered(control, {
+      ask: (signal) => control.look("configuration", {}, signal),
+      take: (found) => {
+        setConfiguration(found);
+        setRefusals([]);
+      },
+      failed: (why) => setRefusals(refusalsOf(why)),
+    });
+  }, [control, installed]);
   const tuned = configuration ? tunedBy(configuration, [...new Set(traces.map((trace) => trace.channel))]) : [];
   if (refusals.length > 0) return <Refusals of={refusals} />;
   if (tuned.length === 0) return null;
@@ -62,17 +71,19 @@ function Parameter(props: { device: string; name: string; unit: string }) {
   const control = useControl();
   const { device, name, unit } = props;
   const [value, setValue] = useState<number | null>(null);
+  const [unread, setUnread] = useState<Refusal[]>([]);
   const { run, busy, refusals } = useAction();
-  const read = useCallback(
-    () =>
-      run(async () => {
-        const now = await control.look("device_parameter", { name: device, parameter: name });
+  useEffect(() => {
+    return askUntilAnswered(control, {
+      ask: (signal) => control.look("device_parameter", { name: device, parameter: name }, signal),
+      take: (now) => {
         setValue(typeof now === "number" ? now : null);
-      }),
-    [control, device, name, run],
-  );
-  useEffect(() => void read(), [read]);
-  if (value === null) return <Refusals of={refusals} />;
+        setUnread([]);
+      },
+      failed: (why) => setUnread(refusalsOf(why)),
+    });
+  }, [control, device, name]);
+  if (value === null) return <Refusals of={unread} />;
   return (
     <>
       <NumberField

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-import { expect, test } from "vitest";
+import { expect, test, vi } from "vitest";
+import { AGAIN_MS } from "../../control/asking";
+import { RefusalError } from "../../control/refusals";
 import type { RecordedSpan } from "../../control/shapes";
 import type { Differs, Past } from "../../control/source";
 import { WatchedValue } from "../../control/watched";
@@ -47,6 +49,39 @@ function pastOf(asked: string[][]): Past {
     },
   };
 }
+
+test("a span that was not answered is asked for again, until another one is wanted", async () => {
+  vi.useFakeTimers();
+  const refused = new RefusalError([{ class: "LimitExceeded", message: "full" }], 429);
+  const answers: (Error | null)[] = [refused, null, refused];
+  const asked: string[][] = [];
+  const there = pastOf([]);
+  const past: Past = {
+    ...there,
+    async *span(names, from_ns, to_ns, columns, signal) {
+      asked.push([String(from_ns), String(to_ns)]);
+      const why = answers.shift();
+      if (why) throw why;
+      yield* there.span(names, from_ns, to_ns, columns, signal);
+    },
+  };
+  const failed: string[] = [];
+  const feed = new RecordedFeed(past, vi.fn(), (why) => failed.push(why));
+  feed.want(["q"]);
+  feed.look({ from_ns: 0, to_ns: 100, columns: 10 });
+  await vi.advanceTimersByTimeAsync(10 * AGAIN_MS);
+  expect(failed).toEqual(["full", ""]);
+  feed.look({ from_ns: 0, to_ns: 50, columns: 10 });
+  await vi.advanceTimersByTimeAsync(0);
+  feed.end();
+  await vi.advanceTimersByTimeAsync(10 * AGAIN_MS);
+  vi.useRealTimers();
+  expect(asked).toEqual([
+    ["0", "100"],
+    ["0", "100"],
+    ["0", "50"],
+  ]);
+});
 
 test("each other look is asked for once, and what was not recorded is told", async () => {
   const asked: string[][] = [];

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
+import { Attempts } from "../../control/asking";
 import { type Refusal, refusalsOf } from "../../control/refusals";
 import type { RecordedSpan } from "../../control/shapes";
 import type { Past } from "../../control/source";
@@ -30,6 +31,8 @@ export class RecordedFeed implements Feeding {
   #wanted: RequestedSpan | null = null;
   #asked = "";
   #over = new AbortController();
+  #attempts = new Attempts();
+  #again: ReturnType<typeof setTimeout> | undefined;
 
   /** `into` is the destination in the worker. */
   constructor(
@@ -62,6 +65,7 @@ export class RecordedFeed implements Feeding {
 
   /** Cancels all requests. */
   end(): void {
+    clearTimeout(this.#again);
     this.#over.abort();
   }
 
@@ -71,8 +75,9 @@ export class RecordedFeed implements Feeding {
     const asked = JSON.stringify([wanted, channels.map((channel) => channel.name)]);
     if (!wanted || wanted.columns < 1 || asked === this.#asked) return;
     this.#asked = asked;
-    this.#over.abort();
+    this.end();
     this.#over = new AbortController();
+    this.#attempts = new Attempts();
     void this.#load(channels, wanted, this.#over.signal);
   }
 
@@ -92,12 +97,14 @@ export class RecordedFeed implements Feeding {
       }
       this.#failed("");
     } catch (why) {
-      if (!signal.aborted)
-        this.#failed(
-          refusalsOf(why)
-            .map((one) => one.message)
-            .join("; "),
-        );
+      if (signal.aborted) return;
+      this.#failed(
+        refusalsOf(why)
+          .map((one) => one.message)
+          .join("; "),
+      );
+      const wait_ms = this.#attempts.againAfter_ms(why);
+      if (wait_ms !== null) this.#again = setTimeout(() => void this.#load(channels, wanted, signal), wait_ms);
     }
   }
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
+import { Attempts } from "../../control/asking";
 import type { LogEntry } from "../../control/shapes";
 import type { Past, Source } from "../../control/source";
 import { WatchedValue } from "../../control/watched";
@@ -99,6 +100,7 @@ export class Scope {
   end(): void {
     this.feeds.want([]);
     this.#behind?.feed.end();
+    this.#whole.over.abort();
     this.#log_end?.();
     for (const end of this.#ends) end();
     this.#worker.terminate();
@@ -279,10 +281,14 @@ export class Scope {
         this.#say({ kind: "past", into, begins: true, channels: [], runs: [], sums: [] });
       return;
     }
+    const attempts = new Attempts();
     const fetch = (of: Past, into: "whole" | "wholeBeside", shift_ns: number) => {
       const [from_ns, to_ns] = [Math.ceil(window.from_ns + shift_ns), Math.floor(window.to_ns + shift_ns)];
       this.#fetch(of, into, Math.max(of.begins_ns, from_ns), Math.min(of.ends_ns, to_ns), signal).catch((why) => {
-        if (!signal.aborted) this.trouble.set(why instanceof Error ? why.message : String(why));
+        if (signal.aborted) return;
+        this.trouble.set(why instanceof Error ? why.message : String(why));
+        const wait_ms = attempts.againAfter_ms(why);
+        if (wait_ms !== null) setTimeout(() => signal.aborted || fetch(of, into, shift_ns), wait_ms);
       });
     };
     fetch(past, "whole", 0);

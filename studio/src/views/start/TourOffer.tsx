@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 import { useEffect, useState } from "react";
+import { askUntilAnswered, isUnanswered } from "../../control/asking";
 import type { Configuration, Names } from "../../control/shapes";
+import type { Source } from "../../control/source";
 import { Panel } from "../../design/parts";
 import { tr } from "../../language/text";
 import { useControl } from "../../shell/context";
@@ -13,7 +15,7 @@ import { tour } from "../../shell/tour/tour";
 export function TourOffer(props: { configuration: Configuration; names: Names }) {
   const { configuration, names } = props;
   const control = useControl();
-  const arm = useSimulatedArm(configuration);
+  const arm = useArm(configuration);
   const isPossible =
     ["jog", "move_absolute"].every((verb) => names.verbs.includes(verb)) && control.past === null && control.may("operate");
   if (arm === null || !isPossible) return null;
@@ -31,28 +33,41 @@ export function TourOffer(props: { configuration: Configuration; names: Names })
   );
 }
 
-/** Returns the name of a simulated machine with a geometry, and the names of its joints; null if there is none. */
-function useSimulatedArm(configuration: Configuration): { name: string; joints: string[] } | null {
+/** A simulated machine with a geometry, and the names of its joints. */
+interface SimulatedArm {
+  name: string;
+  joints: string[];
+}
+
+/** Returns the first simulated arm of the system; null if there is none. */
+function useArm(configuration: Configuration): SimulatedArm | null {
   const control = useControl();
-  const [arm, setArm] = useState<{ name: string; joints: string[] } | null>(null);
+  const [arm, setArm] = useState<SimulatedArm | null>(null);
   useEffect(() => {
-    let over = false;
-    const find = async () => {
-      for (const name of Object.keys(configuration.physical_devices)) {
-        const geometry = await control.look("geometry", { device: name }).catch(() => null);
-        const joints = Object.keys(configuration.logical_devices).filter(
-          (device) => device.startsWith(`${name}.`) && isJoint(configuration, device),
-        );
-        if (over) return;
-        if (geometry && joints.length > 0) return setArm({ name, joints });
-      }
-    };
-    void find();
-    return () => {
-      over = true;
-    };
+    return askUntilAnswered(control, { ask: (signal) => simulatedArm(control, configuration, signal), take: setArm });
   }, [control, configuration]);
   return arm;
+}
+
+async function simulatedArm(control: Source, configuration: Configuration, signal: AbortSignal): Promise<SimulatedArm | null> {
+  for (const name of Object.keys(configuration.physical_devices)) {
+    const joints = Object.keys(configuration.logical_devices).filter(
+      (device) => device.startsWith(`${name}.`) && isJoint(configuration, device),
+    );
+    if (joints.length > 0 && (await hasGeometry(control, name, signal))) return { name, joints };
+  }
+  return null;
+}
+
+async function hasGeometry(control: Source, device: string, signal: AbortSignal): Promise<boolean> {
+  try {
+    await control.look("geometry", { device }, signal);
+    return true;
+  } catch (why) {
+    // A refusal says that the device has none; without an answer, nothing is known.
+    if (signal.aborted || isUnanswered(why)) throw why;
+    return false;
+  }
 }
 
 function isJoint(configuration: Configuration, device: string): boolean {
