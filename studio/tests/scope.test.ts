@@ -132,6 +132,43 @@ test("a value is found by a few keys", async () => {
   await page.locator('tr[data-trace="bank.c42"]').waitFor();
 });
 
+test("lanes keep the names of their traces, however many there are and however narrow the window is", async () => {
+  const { page } = studio;
+  // A trace without a value has no lane; the test of the trigger has started the values if it has run.
+  await commander.start("waves").catch(() => undefined);
+  await page.evaluate((names) => {
+    const traces = names.map((channel, look) => ({ channel, component: "", look }));
+    window.location.hash = `#/scope?setup=${encodeURIComponent(JSON.stringify({ traces, scales: "lanes", sweep: "roll", span_s: 2 }))}`;
+  }, CHANNELS);
+  await page.getByText(/^64 channels/).waitFor();
+  // Several workers run; one of them draws.
+  for (const worker of page.workers())
+    await worker.evaluate(() => {
+      const texts = new Set<string>();
+      const write = OffscreenCanvasRenderingContext2D.prototype.fillText;
+      OffscreenCanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+        texts.add(String(text).split("  ")[0] ?? "");
+        write.call(this, text, x, y);
+      };
+      Object.assign(self, { texts });
+    });
+  type Drawing = { texts: Set<string> };
+  const forget = () => Promise.all(page.workers().map((one) => one.evaluate(() => (self as unknown as Drawing).texts.clear())));
+  const drawn = () => Promise.all(page.workers().map((one) => one.evaluate(() => [...(self as unknown as Drawing).texts])));
+  const named = async () => (await drawn()).flat();
+  for (const width of [1440, 800, 390]) {
+    await page.setViewportSize({ width, height: 900 });
+    await forget();
+    await until("each lane has its name", async () => (await named()).length >= 64);
+    expect(await named()).toEqual(expect.arrayContaining(CHANNELS));
+    // The last lane is reached by scrolling.
+    const plot = page.locator(".plot");
+    await plot.evaluate((one) => one.scrollIntoView({ block: "end" }));
+    await shoot(page, `scope-lanes-${width}`);
+  }
+  await page.setViewportSize({ width: 1440, height: 900 });
+});
+
 test("nothing is wrong for who uses keys or a screen reader, light or dark, wide or narrow", async () => {
   const { page, errors } = studio;
   for (const look of LOOKS) {

@@ -9,7 +9,7 @@ import { gesturesOf, key } from "./gestures";
 import { colourOf, patternOf } from "./looks";
 import type { Show, ShownTrace } from "./messages";
 import type { Axis } from "./plot";
-import { type PlotAxes, Plots } from "./plots";
+import { type PlotAxes, Plots, X_AXIS } from "./plots";
 import type { Scope } from "./scope";
 import { plotsOf, type Setup, traceId, unitOf } from "./setup";
 import type { StreamChannel } from "./signal/frame";
@@ -19,6 +19,11 @@ import { ownKey, scaleKey } from "./worker/scales";
 
 /** Maximum number of scales shown with an axis; more would be illegible. */
 const AXES_MAX = 3;
+
+/** Height of a lane with enough space for the name of its trace, px. The screen scrolls if its lanes need more space than it has. */
+const LANE = 20;
+/** Maximum number of lanes of that height: a browser draws no picture of any size. More lanes are lower. */
+const LANES_MAX = 256;
 
 /** The screen of the scope. */
 export function Screen(props: { scope: Scope; chosen: string | null }) {
@@ -68,6 +73,7 @@ export function Screen(props: { scope: Scope; chosen: string | null }) {
       <div
         className="plot"
         ref={host}
+        style={{ minHeight: heightOf(setup) }}
         role="group"
         tabIndex={0}
         aria-label={tr("scope.screenKeysAndZoomLeftAnd")}
@@ -79,6 +85,13 @@ export function Screen(props: { scope: Scope; chosen: string | null }) {
       <Timing scope={scope} />
     </div>
   );
+}
+
+/** Returns the least height of the plots, px. */
+function heightOf({ scales, xy, spectrum, traces }: Setup): number {
+  if (scales !== "lanes" || xy !== null || spectrum !== null) return 0;
+  const lanes = traces.filter((trace) => trace.component !== null && !trace.hidden).length;
+  return Math.min(lanes, LANES_MAX) * LANE + X_AXIS;
 }
 
 const HIDDEN: Show = {

@@ -5,7 +5,7 @@ import { type Axis, type Gestures, Plot } from "./plot";
 import type { Scope } from "./scope";
 
 /** Height of the x-axis area below the last plot, px. */
-const X_AXIS = 30;
+export const X_AXIS = 30;
 
 /** A plot and the scales that have an axis in it. */
 export interface PlotAxes {
