@@ -121,6 +121,24 @@ test("what is offered works: a joint is jogged, and the arm moves to a position"
   expect(await watch.value("ur5e.wrist_3.sensed")).toBeCloseTo(-0.349, 2);
 });
 
+test("a page of the default role records what it sees, and opens it", async () => {
+  const { page } = studio;
+  await goTo(page, "Start");
+  await page.locator(".tries").getByRole("link", { name: /^Record/ }).click();
+  await page.getByRole("main", { name: "Recordings" }).waitFor();
+  await page.getByLabel("File").fill("kept");
+  await page.getByRole("button", { name: "Record", exact: true }).click();
+  const row = page.locator("tr").filter({ has: page.getByRole("rowheader", { name: "kept.mcap" }) });
+  await row.getByText("records", { exact: true }).waitFor();
+  await row.getByRole("button", { name: "Stop" }).click();
+  await row.getByText("complete").waitFor();
+  await row.getByRole("button", { name: "Open" }).click();
+  const time = page.getByRole("region", { name: "Time", exact: true });
+  await time.getByText("kept.mcap").waitFor();
+  await time.getByRole("button", { name: "Live" }).click();
+  await page.getByText("The page follows the system").waitFor();
+});
+
 test("a relative motion offers no present positions, which it would count twice, and says within which range it ends", async () => {
   const { page } = studio;
   await show(page, "#/verbs/move_relative");

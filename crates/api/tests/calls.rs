@@ -366,7 +366,7 @@ fn block_times_are_taken_while_somebody_looks() {
 }
 
 /// Calls of the operate role that cannot start any motion.
-const STILL: [&str; 14] = [
+const STILL: [&str; 16] = [
     "raise_alarm",
     "clear_alarm",
     "acknowledge_alarms",
@@ -381,6 +381,8 @@ const STILL: [&str; 14] = [
     "rename_point",
     "delete_point",
     "step",
+    "record",
+    "stop_recording",
 ];
 
 #[test]

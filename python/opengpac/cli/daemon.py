@@ -141,8 +141,8 @@ def _studio(given: argparse.Namespace) -> dict[str, Any]:
 
 
 def _records(given: argparse.Namespace) -> str | None:
-    """Returns the directory for recordings: the specified one, or the user's own if the studio may configure the system; otherwise None."""
-    if given.records is not None or given.studio_role != "configure":
+    """Returns the directory for recordings: the specified one, or the user's own if the studio may record; otherwise None."""
+    if given.records is not None or not given.studio or not server.may_record(given.studio_role or "operate"):
         return given.records
     return server.records_of_user()
 

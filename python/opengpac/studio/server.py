@@ -104,11 +104,16 @@ def serve(system: SystemObservation, port: int, role: str, audit: str | None = N
     options: dict[str, Any] = {"no_socket": True, "listen": f"127.0.0.1:{port}", "run_token": role, "page": str(built(page))}
     if audit is not None:
         options["audit"] = audit
-    if role == "configure" and (records := records_of_user()) is not None:
+    if may_record(role) and (records := records_of_user()) is not None:
         options["records"] = records
     with refusals:
         server = _native.Server(embedded, json.dumps(options))
     return Studio(system.name, server.studio() or "", role, server)
+
+
+def may_record(role: str) -> bool:
+    """Returns whether a page with this role may start recordings."""
+    return role != "observe"
 
 
 def records_of_user() -> str | None:

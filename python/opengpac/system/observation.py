@@ -152,10 +152,10 @@ class SystemObservation(TableDisplay):
         """Serves the page that shows this system in a browser: `cell.studio().url` is its address, with a token of this run.
 
         Threads of the core serve it on 127.0.0.1, at `port`, by default any free one, even while Python is busy. `role` defines the
-        permissions of the page: "observe" watches, "operate" also starts, halts and enables; `edit=True` lets it install definitions,
-        the role "configure". `open=True` opens it in a browser, if there is one. The log records the page's commands; `audit` names a
-        file that records them too. Further calls return the same page; it ends with `stop()`, at the end of a `with` block, and with
-        the system.
+        permissions of the page: "observe" watches, "operate" also starts, halts, enables and records; `edit=True` lets it install
+        definitions, the role "configure". `open=True` opens it in a browser, if there is one. The log records the page's commands;
+        `audit` names a file that records them too. Further calls return the same page; it ends with `stop()`, at the end of a `with`
+        block, and with the system.
 
         For a remote system it is the page of its daemon, if the daemon serves one. Raises `FileFailed` if the page was not built,
         `InUse` if the port is in use, `InvalidState` if it is already served with another port or role.

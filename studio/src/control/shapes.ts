@@ -3736,7 +3736,7 @@ export interface Calls {
   };
   /** Starts recording to a new MCAP file. Returns the number of the recording. */
   record: {
-    role: "configure";
+    role: "operate";
     arguments: {
       path: string;
       /** Names of SVVs, with * and ? as wildcards; all SVVs if omitted. */
@@ -3772,7 +3772,7 @@ export interface Calls {
   };
   /** Ends a recording. Returns its state; if the recording has not ended yet, call again. */
   stop_recording: {
-    role: "configure";
+    role: "operate";
     arguments: {
       recording: number;
     };

@@ -944,7 +944,7 @@ export const texts: Texts = {
   "recordings.bytesFreeOnItsDisk": "{bytes} frei auf dem Datenträger",
   "recordings.recordingIsNotAllowed": "Aufzeichnen ist nicht erlaubt",
   "recordings.itsRoleIsRoleRecordingNeeds":
-    "Diese Seite hat die Rolle '{role}', aber Aufzeichnen braucht 'configure': die Seite mit {code} starten.",
+    "Diese Seite hat die Rolle '{role}', aber Aufzeichnen braucht 'operate': eine Seite öffnen, die mit {code} gestartet wurde.",
   "recordings.thisPageHasNoFolder": "Diese Seite hat keinen Ordner für Aufzeichnungen.",
   "recordings.record": "Aufzeichnen",
   "recordings.isPath": "ist {path},",
@@ -1188,9 +1188,10 @@ export const texts: Texts = {
   "start.kbdListsTheKeys": "{kbd} zeigt die Tasten.",
   "start.messagesAndHelpAreInEnglish": "Meldungen des Systems und die Hilfe sind auf Englisch.",
   "start.youMayViewEverythingHereBut": "Sie können hier alles sehen, aber keine Befehle senden.",
-  "start.youMayViewEverythingStartAnd": "Sie können alles sehen, installierte Verben starten und anhalten und Geräte freigeben.",
+  "start.youMayViewEverythingStartAnd":
+    "Sie können alles sehen, installierte Verben starten und anhalten, Geräte freigeben und aufzeichnen.",
   "start.youMayViewEverythingStartAndHalt":
-    "Sie können alles sehen, installierte Verben starten und anhalten, Geräte freigeben sowie neue Programme zeichnen und installieren.",
+    "Sie können alles sehen, installierte Verben starten und anhalten, Geräte freigeben, aufzeichnen sowie neue Programme zeichnen und installieren.",
   "start.running": "In Betrieb",
   "start.withCount": "mit {count}",
   "start.enabledEnabled": ", {enabled} freigegeben",

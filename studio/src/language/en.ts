@@ -933,7 +933,8 @@ export const en = {
   "recordings.bytesBeginsToEndswhenWhatMessages": "bytes {begins} to {ends}{when}: {what}; messages lost: {lost}",
   "recordings.bytesFreeOnItsDisk": "{bytes} free on its disk",
   "recordings.recordingIsNotAllowed": "Recording is not allowed",
-  "recordings.itsRoleIsRoleRecordingNeeds": "This page has the role '{role}', but recording needs 'configure': start the page with {code}.",
+  "recordings.itsRoleIsRoleRecordingNeeds":
+    "This page has the role '{role}', but recording needs 'operate': open a page that was started with {code}.",
   "recordings.thisPageHasNoFolder": "This page has no folder for recordings.",
   "recordings.record": "Record",
   "recordings.isPath": "is {path},",
@@ -1175,9 +1176,9 @@ export const en = {
   "start.kbdListsTheKeys": "{kbd} lists the keys.",
   "start.messagesAndHelpAreInEnglish": "Messages of the system and the help are in English.",
   "start.youMayViewEverythingHereBut": "You may view everything here, but not send commands.",
-  "start.youMayViewEverythingStartAnd": "You may view everything, start and halt installed verbs, and enable devices.",
+  "start.youMayViewEverythingStartAnd": "You may view everything, start and halt installed verbs, enable devices, and record.",
   "start.youMayViewEverythingStartAndHalt":
-    "You may view everything, start and halt installed verbs, enable devices, and draw and install new programs.",
+    "You may view everything, start and halt installed verbs, enable devices, record, and draw and install new programs.",
   "start.running": "Running",
   "start.withCount": "with {count}",
   "start.enabledEnabled": ", {enabled} enabled",

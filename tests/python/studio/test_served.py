@@ -68,12 +68,18 @@ def test_a_page_that_may_record_has_a_folder_for_it(page: Path, tmp_path: Path, 
     folder = tmp_path / "data" / "opengpac" / "recordings"
     with gpac.System("cell", "virtual") as cell:
         wave(cell)
-        cell.studio().stop()
-        assert not folder.exists(), "a page that may not record makes none"
-        browser = Browser(cell.studio(role="configure").url)
+        with cell.studio(role="observe") as there:
+            assert not folder.exists(), "a page that may not record makes none"
+            browser = Browser(there.url)
+            assert browser.refused("record", path="run.mcap", svvs=["y"]) == "NotAllowed"
+        # The default role: it opens on the machine of the user who started it, for that user.
+        browser = Browser(cell.studio().url)
         browser.command()
-        browser.call("record", path="run.mcap", svvs=["y"])
+        number = browser.call("record", path="run.mcap", svvs=["y"])["recording"]
         assert [*folder.iterdir()] == [folder / "run.mcap"]
+        browser.call("stop_recording", recording=number)
+        # A replay runs code of the recording, which remains the privilege of the role `configure`.
+        assert browser.refused("replay", path="run.mcap") == "NotAllowed"
 
 
 def test_where_no_folder_can_be_made_a_page_has_none(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

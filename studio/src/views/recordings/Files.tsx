@@ -23,7 +23,7 @@ export function Files(props: { begun: RunningRecording[]; changed: (one: Running
   const { files, refusals } = useFiles();
   const [text, setText] = useState("");
   // Without the right to record, a page has no folder either, which is not an error.
-  const isWithout = !live.may("configure") && refusals.some((one) => one.class === "NotAllowed");
+  const isWithout = !live.may("operate") && refusals.some((one) => one.class === "NotAllowed");
   const found = (files ?? []).filter((file) => file.name.toLowerCase().includes(text.toLowerCase()));
   return (
     <Panel

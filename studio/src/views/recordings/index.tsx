@@ -24,11 +24,11 @@ export default function Recordings() {
   const { all, put } = useRecordings();
   return (
     <div className="stack">
-      {control.may("configure") ? (
+      {control.may("operate") ? (
         <Begin begun={(one) => put([one, ...all])} />
       ) : (
         <Empty title={tr("recordings.recordingIsNotAllowed")}>
-          {trNodes("recordings.itsRoleIsRoleRecordingNeeds", { role: control.role, code: <code>opengpac studio --role configure …</code> })}
+          {trNodes("recordings.itsRoleIsRoleRecordingNeeds", { role: control.role, code: <code>--role operate</code> })}
         </Empty>
       )}
       <Files begun={all} changed={(one, now) => put(all.map((other) => (other === one ? now : other)))} />

@@ -14,7 +14,9 @@ test("what is offered can be done here", () => {
   const known = { verbs: [], svvs: [], mayOperate: true, mayConfigure: false };
   expect(triesOf({ ...known, configuration: EMPTY })).toEqual([]);
   const titles = (more: object) => triesOf({ ...known, configuration: ARM, ...more }).map((one) => one.title);
-  expect(titles({ svvs: ["ur5e.elbow.sensed"] })).toEqual(["View the machine", "Watch a value", "See what runs, and when"]);
+  const watching = ["View the machine", "Watch a value", "See what runs, and when"];
+  expect(titles({ svvs: ["ur5e.elbow.sensed"] })).toEqual([...watching, "Record"]);
+  expect(titles({ svvs: ["ur5e.elbow.sensed"], mayOperate: false })).toEqual(watching);
   const all = { verbs: ["jog", "jog_linear", "move_absolute"], svvs: ["studio.heartbeat", "ur5e.elbow.sensed"] };
   expect(titles({ ...all, mayConfigure: true })).toEqual([
     "Jog a joint",

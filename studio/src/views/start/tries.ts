@@ -72,11 +72,12 @@ export function triesOf(known: SystemNames): Try[] {
       about: tr("start.blocksAndTheirWiresWithLive"),
       address: addressOf("flow"),
     },
-    mayConfigure && {
-      title: tr("start.record"),
-      about: tr("start.saveValuesLogAndEndsTo"),
-      address: addressOf("recordings"),
-    },
+    sensed !== undefined &&
+      mayOperate && {
+        title: tr("start.record"),
+        about: tr("start.saveValuesLogAndEndsTo"),
+        address: addressOf("recordings"),
+      },
   ];
   return found.filter((one): one is Try => Boolean(one));
 }
