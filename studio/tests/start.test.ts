@@ -124,7 +124,10 @@ test("what is offered works: a joint is jogged, and the arm moves to a position"
 test("a page of the default role records what it sees, and opens it", async () => {
   const { page } = studio;
   await goTo(page, "Start");
-  await page.locator(".tries").getByRole("link", { name: /^Record/ }).click();
+  await page
+    .locator(".tries")
+    .getByRole("link", { name: /^Record/ })
+    .click();
   await page.getByRole("main", { name: "Recordings" }).waitFor();
   await page.getByLabel("File").fill("kept");
   await page.getByRole("button", { name: "Record", exact: true }).click();
