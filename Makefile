@@ -228,6 +228,7 @@ faults: setup-hosts $(VENV)/tests
 	OPENGPAC_TREES=1000 OPENGPAC_PLAIN_MOVES=480 $(BIN)/python -m pytest -q tests/python/motion/test_any_tree.py tests/python/motion/test_plain_moves.py
 	OPENGPAC_ODD_FILES=500 $(BIN)/python -m pytest -q tests/python/test_odd_files.py
 	OPENGPAC_TURNED=1500 $(BIN)/python -m pytest -q tests/python/test_recording.py -k damaged
+	OPENGPAC_TAKEOVERS_AT=all $(BIN)/python -m pytest -q tests/python/motion/test_takeover.py
 	OPENGPAC_MOVED=2000 $(BIN)/python -m pytest -q tests/python/motion/test_motions_come_to_rest.py
 	OPENGPAC_COMPOSITIONS=25000 $(BIN)/python -m pytest -q -o faulthandler_timeout=0 tests/python/test_stops.py -k "any_composition or is_closed"
 	OPENGPAC_UR_SEEDS=100 $(BIN)/python -m pytest -q tests/python/drivers/test_ur.py -k no_order_of_events

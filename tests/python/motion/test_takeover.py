@@ -1,9 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Two motions of one arm: the second takes over smoothly, or waits its turn, as the arm declares."""
+"""Two motions of one arm: the second takes over smoothly, or waits its turn, as the arm declares.
+
+Each pair of motions is tried at one of its instants, a different one each day; `OPENGPAC_TAKEOVERS_AT=all` tries all of them, and
+`OPENGPAC_SEED` selects the day.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import datetime
+import os
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,6 +17,16 @@ import pytest
 
 import opengpac as gpac
 from opengpac import motion
+
+DAY = int(os.environ.get("OPENGPAC_SEED", datetime.date.today().toordinal()))
+
+
+def of_the_day(instants: Sequence[Any], place: int) -> Sequence[Any]:
+    """Returns the one of these instants at which the pair at a place is tried today, or all of them. Neighbours have different ones."""
+    if os.environ.get("OPENGPAC_TAKEOVERS_AT") == "all":
+        return instants
+    at = (DAY + place) % len(instants)
+    return instants[at : at + 1]
 
 
 def goal(arm: gpac.robots.Arm, *by: float) -> list[float]:
@@ -107,7 +123,8 @@ MOTIONS: dict[str, Callable[[gpac.robots.Arm, float], gpac.VerbInstance[Any]]] =
 def test_every_motion_takes_over_every_other_within_the_limits(first: str, second: str) -> None:
     """The second motion starts at an instant of each phase: acceleration, constant speed, deceleration; in the opposite direction or the
     same."""
-    for when, to in (("107 ms", -1.0), ("320 ms", -1.0), ("320 ms", 1.0)):
+    place = list(MOTIONS).index(first) + list(MOTIONS).index(second)
+    for when, to in of_the_day((("107 ms", -1.0), ("320 ms", -1.0), ("320 ms", 1.0)), place):
         arm = gpac.robots.load("ur5e", clock="virtual", arbitration="abort")
         with arm.system as cell, arm.enabled():
             moving = MOTIONS[first](arm, 1.0)
@@ -163,8 +180,8 @@ def check(arm: gpac.robots.Arm, told: str) -> None:
 @pytest.mark.parametrize("name", AWAY)
 def test_a_motion_that_is_taken_away_is_braked_and_the_next_one_begins_from_there(name: str, after: int) -> None:
     """The motion is ended during acceleration and at constant speed; the next one begins at once, while the servo brakes, or at rest."""
-    for when_s in (0.107, 0.15):
-        for second, to in [(name, -1.0) for name in MOTIONS if after == 33 or name in ("joints", "line")]:
+    for index, (second, to) in enumerate((name, -1.0) for name in MOTIONS if after == 33 or name in ("joints", "line")):
+        for when_s in of_the_day((0.107, 0.15), list(AWAY).index(name) + index):
             arm = gpac.robots.load("ur5e", clock="virtual", arbitration="abort")
             with arm.system as cell, arm.enabled():
                 taken_away(arm, name, when_s)
