@@ -215,7 +215,7 @@ pub struct Termination {
     pub place: Option<SourceLocation>,
 }
 
-/// One entry of τ.
+/// Transition of τ: the list to which a condition leads from another list.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct Transition {

@@ -70,7 +70,7 @@ pub struct Bound {
     pub history: u32,
 }
 
-/// One subroutine instance.
+/// Subroutine instance: a block of a verb with its ports, parameters and source.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 pub struct PlannedBlock {

@@ -197,9 +197,10 @@ class MoveQueue:
         (m/s) or a fraction of `max_speed`; acceleration: rad/s² or a fraction of `max_acceleration`; duration: time from rest to
         rest, `"2 s"`, achieved by a lower speed; if it is shorter than the limits permit, `MoveRefused` gives the minimum; blend: rad
         of the joint that moves furthest, or a fraction of the path, `"20 %"`, at most half of this move and of the next; mode:
-        `"buffered"` stops before this move, regardless of the blend of the previous move; `"aborting"` replaces the rest of the path:
-        waiting moves are dropped, and the arm blends from its current motion into this move, or, if it cannot, first comes to rest on
-        the path; marks: outputs that are switched along the path, `gpac.motion.at(…)`, at most four.
+        `"blending"` continues from the previous move along its blend; `"buffered"` stops before this move, regardless of that blend;
+        `"aborting"` replaces the rest of the path: waiting moves are dropped, and the arm blends from its current motion into this
+        move, or, if it cannot, first comes to rest on the path; marks: outputs that are switched along the path,
+        `gpac.motion.at(…)`, at most four.
         """
         arm = self.arm
         goals = rows.goals_of(arm, goal, self._joints)

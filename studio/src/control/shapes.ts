@@ -1324,7 +1324,7 @@ export type PlannedBinding = {
   Cells: number[];
 };
 
-/** One subroutine instance. */
+/** Subroutine instance: a block of a verb with its ports, parameters and source. */
 export interface PlannedBlock {
   /** Flat label: `servo.pid`. */
   label: string;
@@ -2563,7 +2563,7 @@ export type TogetherUntil = "any" | "all";
  */
 export type Topic = "svvs" | "log" | "ends" | "scope" | "statistics" | "installed";
 
-/** One entry of τ. */
+/** Transition of τ: the list to which a condition leads from another list. */
 export interface Transition {
   from: string;
   condition: string;
@@ -2571,7 +2571,7 @@ export interface Transition {
   place: SourceLocation | null;
 }
 
-/** One entry of τ. */
+/** Transition of τ: the list to which a condition leads from another list. */
 export interface TransitionRequest {
   from: string;
   condition: string;

@@ -76,7 +76,7 @@ impl System {
             let instance = core.instances.known(instance)?;
             instance.check_settable()?;
             Party::of(instance)
-                .ok_or_else(|| invalid_state(&format!("'{}'", instance.name), "without an application", "set an interval of", "apply its verb"))?
+                .ok_or_else(|| invalid_state(&format!("'{}'", instance.name), "not an application of a verb", "set an interval of", "apply its verb"))?
         };
         party.tuned.extend(every.iter().map(|(label, every_ns)| (label.clone(), *every_ns)));
         let tuned = party.tuned.clone();

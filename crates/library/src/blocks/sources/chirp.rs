@@ -9,7 +9,7 @@ const BAD_RANGE: u32 = 2;
 
 /// Chirp, a swept sine: y = offset + amplitude sin(2 pi ∫f dt), f from first to last over the duration, linearly or exponentially.
 ///
-/// It is used to measure frequency responses. t is the running time since the first invocation; after the duration, y = offset. An
+/// Use a chirp to measure a frequency response. t is the running time since the first invocation; after the duration, y = offset. An
 /// exponential sweep spends the same time in each octave. Source: Farina, 2000. Range: duration above 0; for an exponential sweep, both
 /// frequencies above 0. Faults: 1 the sweep is not 0 (linear) or 1 (exponential); 2 the duration is not above 0, or a frequency is
 /// negative, or 0 in an exponential sweep.
