@@ -108,6 +108,19 @@ test.each(VIEWS)("the view %s has no English text, passes the check of axe, and 
   expect(errors).toEqual([]);
 });
 
+test("wires are drawn, and each ends at two ports, as on an English page", async () => {
+  const { page } = studio;
+  await show(page, "#/flow");
+  const wires = () => page.locator("main .react-flow__edge").count();
+  await expect.poll(wires).toBeGreaterThan(20);
+  const english = await open(browser, running.url);
+  await show(english.page, "#/flow");
+  const there = () => english.page.locator("main .react-flow__edge").count();
+  await expect.poll(there).toBeGreaterThan(20);
+  await expect.poll(async () => (await wires()) - (await there())).toBe(0);
+  await english.context.close();
+});
+
 test("a German page says once that messages of the system and the help are in English", async () => {
   const { page } = studio;
   await show(page, "#/start");

@@ -184,11 +184,16 @@ function watchForUnaimed(): void {
 export async function command(control: Locator, led: Locator, state: "visible" | "detached" = "visible"): Promise<void> {
   const page = control.page();
   const told = page.getByText(/after it was issued|Press again/);
+  // A second refused press has the same message as the first, so its number is compared too.
+  const saidNow = async () =>
+    [...(await told.allTextContents()), ...(await page.locator(".toast").evaluateAll((all) => all.map((one) => one.dataset.count)))].join(
+      "; ",
+    );
   const isLed = async () => (await led.first().isVisible()) === (state === "visible");
   const until = performance.now() + PATIENCE_MS;
   let said = "";
   for (let isPressed = false; !(isPressed && (await isLed())); ) {
-    const now = (await told.allTextContents()).join("; ");
+    const now = await saidNow();
     if (!isPressed || (now !== said && now !== "")) {
       await standsStill(control);
       await control.click();

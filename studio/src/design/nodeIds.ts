@@ -6,6 +6,11 @@ export function nodeId(name: string): string {
   return name.replace(/["\\%\n\r\f]/g, encodeURIComponent);
 }
 
+/** Returns the id of a port of a node. It is the same in all languages: a wire whose id no port has is not drawn. */
+export function handleId(side: "input" | "output", port: string): string {
+  return `${side} ${nodeId(port)}`;
+}
+
 /** Returns the name for an id. */
 export function nodeName(id: string): string {
   return decodeURIComponent(id);

@@ -570,8 +570,6 @@ export const texts: Texts = {
   "flow.close": "Schließen",
   "flow.open": "Öffnen",
   "flow.graphTitle": "Graph {title}: {part}",
-  "flow.outputPort": "Ausgang {port}",
-  "flow.inputPort": "Eingang {port}",
   "flow.cellFromPortToPort2": "{cell}: von {port} nach {port2}",
   "flow.zoom": "Zoom",
   "flow.findInTheDrawing": "In der Zeichnung suchen",

@@ -563,8 +563,6 @@ export const en = {
   "flow.close": "Close",
   "flow.open": "Open",
   "flow.graphTitle": "{part} graph {title}",
-  "flow.outputPort": "output {port}",
-  "flow.inputPort": "input {port}",
   "flow.cellFromPortToPort2": "{cell}: from {port} to {port2}",
   "flow.zoom": "Zoom",
   "flow.findInTheDrawing": "Find in the drawing",

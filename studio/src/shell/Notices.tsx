@@ -50,7 +50,7 @@ export function Aim() {
   }, [count]);
   if (count === 0) return null;
   return (
-    <div className="toast" role="status">
+    <div className="toast" role="status" data-count={count}>
       {tr("shell.thePageChangedAsYouPressed")}
     </div>
   );

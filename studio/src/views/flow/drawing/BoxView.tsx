@@ -2,7 +2,7 @@
 
 import { Handle, type Node, type NodeProps, Position, useUpdateNodeInternals } from "@xyflow/react";
 import { type CSSProperties, memo, useEffect } from "react";
-import { nodeId } from "../../../design/nodeIds";
+import { handleId } from "../../../design/nodeIds";
 import { Name } from "../../../design/parts";
 import { tr } from "../../../language/text";
 import { type Box, HEAD, inputsOf, outputsOf, type Port, portText, ROW, titleSize } from "./drawing";
@@ -71,7 +71,7 @@ function Ports(props: { box: Box; ports: Port[]; wires: boolean }) {
         <Handle
           type={input ? "target" : "source"}
           position={input ? Position.Left : Position.Right}
-          id={`${port.side} ${nodeId(port.name)}`}
+          id={handleId(port.side, port.name)}
           isConnectable={props.wires}
           className={port.mode === "asynchronous" ? "hollow" : ""}
           data-port={`${props.box.title}.${port.name}`}

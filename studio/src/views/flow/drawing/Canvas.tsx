@@ -13,7 +13,7 @@ import {
 import { tr } from "../../../language/text";
 import "@xyflow/react/dist/style.css";
 import { type DragEvent, type KeyboardEvent, memo, type ReactNode, useCallback, useMemo, useRef, useState } from "react";
-import { nodeId, nodeName } from "../../../design/nodeIds";
+import { handleId, nodeId, nodeName } from "../../../design/nodeIds";
 import { type BoxNode, BoxView } from "./BoxView";
 import { type Drawing, type End, type Place, type PortSide, type Selection, sizeOf } from "./drawing";
 import { type Elsewhere, Find } from "./Find";
@@ -121,9 +121,9 @@ export const Canvas = memo(function Canvas(props: CanvasProps) {
           id: wire.id,
           type: "wire",
           source: nodeId(wire.from.box),
-          sourceHandle: tr("flow.outputPort", { port: nodeId(wire.from.port) }),
+          sourceHandle: handleId("output", wire.from.port),
           target: nodeId(wire.to.box),
-          targetHandle: tr("flow.inputPort", { port: nodeId(wire.to.port) }),
+          targetHandle: handleId("input", wire.to.port),
           data: { wire },
           ariaLabel: tr("flow.cellFromPortToPort2", { cell: wire.cell, port: wire.from.port, port2: wire.to.port }),
         }),
