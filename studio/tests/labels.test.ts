@@ -60,6 +60,15 @@ async function brokenWords(page: Page): Promise<string[]> {
   });
 }
 
+/** Returns the titles of boxes that are higher than their boxes. */
+async function highTitles(page: Page): Promise<string[]> {
+  return await page.evaluate(() =>
+    [...document.querySelectorAll<HTMLElement>(".box")]
+      .filter((box) => (box.querySelector(".box-head > strong")?.getBoundingClientRect().height ?? 0) > box.getBoundingClientRect().height)
+      .map((box) => box.dataset.box ?? ""),
+  );
+}
+
 test.each(VIEWS)("no label of the view %s is broken within a word", async (view, content) => {
   for (const { page, errors } of opened) {
     await show(page, `#/${view}`);
@@ -72,6 +81,7 @@ test.each(VIEWS)("no label of the view %s is broken within a word", async (view,
       for (let zoom = 1; name === "flow" && zoom <= ZOOMS && (await out.isEnabled()); zoom += 1) {
         await out.click();
         expect(await brokenWords(page), `at ${width}, zoomed out ${zoom} times`).toEqual([]);
+        expect(await highTitles(page), `at ${width}, zoomed out ${zoom} times`).toEqual([]);
         if (zoom === 4) await shoot(page, `flow-far-${width}`);
       }
     }

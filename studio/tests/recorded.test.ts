@@ -180,6 +180,18 @@ test("the scope shows the whole recording, measured over all its values", async 
   await expect.poll(pressed, { interval: 1000 }).not.toBe(before);
   expect(await cursor(page)).toBeGreaterThan(8);
   await shoot(page, "recorded-scope");
+  // *Time* is the time on the screen: the whole recording, then the chosen time around the cursor, then the whole again.
+  const time = page.getByRole("toolbar", { name: "Scope" }).getByRole("combobox", { name: "Time", exact: true });
+  const whole = Number(await time.inputValue());
+  expect(whole).toBeGreaterThan(8);
+  await time.selectOption("5");
+  await expect.poll(() => time.inputValue()).toBe("5");
+  const shown = async () => Number(((await page.getByTestId("values").textContent()) ?? "").replace(/\D/g, ""));
+  await expect.poll(shown).toBeLessThan(said.count);
+  await page.getByRole("group", { name: /^Screen/ }).focus();
+  await page.keyboard.press("Home");
+  await expect.poll(shown).toBe(said.count);
+  expect(Number(await time.inputValue())).toBe(whole);
 });
 
 test("a formula over traces is a trace, and one that is not understood is refused with its place", async () => {

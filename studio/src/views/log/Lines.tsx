@@ -117,11 +117,12 @@ const Row = memo(function Row(props: {
 }) {
   const { of: line, top, height } = props;
   const tone = BAD_KINDS.has(line.kind) ? "bad" : WARN_KINDS.has(line.kind) ? "warn" : "";
+  const isBare = line.text === "" && !line.who && line.times <= 1 && !line.isEarlier;
   return (
     <button
       type="button"
       tabIndex={-1}
-      className={`line ${height === NARROW ? "two" : ""} ${line.isEarlier ? "earlier" : ""} ${props.at} ${tone}`}
+      className={`line ${height === NARROW ? "two" : ""} ${isBare ? "bare" : ""} ${line.isEarlier ? "earlier" : ""} ${props.at} ${tone}`}
       aria-pressed={props.isChosen}
       style={{ top, height }}
       onClick={() => props.choose(line)}

@@ -38,6 +38,9 @@ export function Tools(props: { scope: Scope }) {
   const stopped = useWatched(scope.stopped);
   const status = useWatched(scope.status);
   const cursors = useWatched(scope.cursors);
+  const window = useWatched(scope.window);
+  // The time on the screen, also after a zoom, and for a whole recording.
+  const shown_s = window ? Number(((window.to_ns - window.from_ns) / 1e9).toPrecision(4)) : setup.span_s;
   return (
     <div className="scope-tools row" role="toolbar" aria-label={tr("scope.scope")}>
       {!scope.past && (
@@ -65,8 +68,8 @@ export function Tools(props: { scope: Scope }) {
           <State scope={scope} />
         </>
       )}
-      <Choice label={tr("scope.time")} value={String(setup.span_s)} put={(chosen) => scope.change({ ...setup, span_s: Number(chosen) })}>
-        {[...new Set([...SPANS_S, setup.span_s])]
+      <Choice label={tr("scope.time")} value={String(shown_s)} put={(chosen) => scope.showSpan(Number(chosen))}>
+        {[...new Set([...SPANS_S, shown_s])]
           .sort((a, b) => a - b)
           .map((span) => (
             <option key={span} value={span}>

@@ -146,6 +146,14 @@ export class Scope {
     this.#see(window);
   }
 
+  /** Shows a span of this length: in a recording around the cursor, otherwise up to the newest value, or around the trigger. */
+  showSpan(span_s: number): void {
+    const setup = this.setup.get();
+    if (span_s !== setup.span_s) this.change({ ...setup, span_s });
+    else if (this.past) this.#around(span_s);
+    else if (this.window.get()) this.fit();
+  }
+
   /** Resets the span to the time base, around time 0; for a recording, to the whole recording. */
   fit(): void {
     if (this.past) {
@@ -237,8 +245,8 @@ export class Scope {
       const rule = after.trigger?.on === "level" ? after.trigger : null;
       this.#say({ kind: "sweep", mode: after.sweep, span_ns: after.span_s * 1e9, pre_ns: after.pre_s * 1e9, trigger: rule });
       if (!this.stopped.get()) this.window.set(null);
-      if (this.past) this.#around(before, after);
-      else this.#follow(after);
+      if (this.past && before !== null && before.span_s !== after.span_s) this.#around(after.span_s);
+      if (!this.past) this.#follow(after);
     }
     this.feeds.want(channelsOf(after));
     this.#behind?.feed.want(channelsOf(after));
@@ -296,10 +304,10 @@ export class Scope {
   }
 
   // In a recording, the time base is centred on the cursor.
-  #around(before: Setup | null, after: Setup): void {
-    if (!this.past || before === null || before.span_s === after.span_s) return;
-    const from_ns = this.past.cursor.get() - after.span_s * 0.5e9;
-    this.#see({ from_ns, to_ns: from_ns + after.span_s * 1e9, origin_ns: 0, triggered: false });
+  #around(span_s: number): void {
+    if (!this.past) return;
+    const from_ns = this.past.cursor.get() - span_s * 0.5e9;
+    this.#see({ from_ns, to_ns: from_ns + span_s * 1e9, origin_ns: 0, triggered: false });
   }
 
   // The log is followed only while a log entry is the trigger.

@@ -25,7 +25,7 @@ export const BoxView = memo(function BoxView(props: NodeProps<BoxNode>) {
       title={[box.doc, ...box.findings.map((finding) => finding.text)].filter(Boolean).join("\n")}
       data-box={box.title}
     >
-      <div className="box-head" style={{ height: HEAD }}>
+      <div className="box-head" style={{ "--head": `${HEAD}px` } as CSSProperties}>
         <strong style={{ "--title-size": `${titleSize(box).toFixed(1)}px` } as CSSProperties}>
           <Name of={box.title} />
         </strong>

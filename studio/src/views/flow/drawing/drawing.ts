@@ -100,10 +100,31 @@ export function sizeOf(box: Box): { width: number; height: number } {
 /** Margin of a title within its box, and the width of a letter relative to its size. */
 export const [TITLE_EDGE, TITLE_LETTER] = [14, 0.66];
 
-/** Returns the maximum text size at which no part of a box's title is wider than the box, px: a title wraps only between its parts. */
+/** Height of a line of a title relative to its text size, and the decrement in the search for a size that fits, px. */
+export const TITLE_LINE = 1.15;
+const TITLE_STEP = 0.5;
+
+/**
+ * Returns the maximum text size at which a box's title fits into the box, px: a title wraps only between its parts, none of which may be
+ * wider than the box, and its lines must not be higher than the box.
+ */
 export function titleSize(box: Box): number {
-  const longest = Math.max(...nameParts(box.title).map((part) => part.length));
-  return (sizeOf(box).width - TITLE_EDGE) / (TITLE_LETTER * Math.max(1, longest));
+  const { width, height } = sizeOf(box);
+  const lengths = nameParts(box.title).map((part) => part.length);
+  const room = width - TITLE_EDGE;
+  let size = room / (TITLE_LETTER * Math.max(1, ...lengths));
+  while (size > TITLE_STEP && linesOf(lengths, room / (TITLE_LETTER * size)) * TITLE_LINE * size > height - FOOT) size -= TITLE_STEP;
+  return size;
+}
+
+/** Returns the number of lines of parts of these lengths if a line has space for `letters`. */
+function linesOf(lengths: readonly number[], letters: number): number {
+  let [lines, used] = [1, 0];
+  for (const length of lengths) {
+    if (used > 0 && used + length > letters + 1e-9) [lines, used] = [lines + 1, 0];
+    used += length;
+  }
+  return lines;
 }
 
 /** Returns the distance of a port's centre from the top edge of its box. */

@@ -101,13 +101,13 @@ function Instances(props: { of: InstalledInstance[]; hidden: ReadonlySet<string>
   return (
     <fieldset className="row" aria-label={tr("flow.instancesShown")}>
       {props.of.map((instance) => (
-        <label key={instance.id} className="row">
+        <label key={instance.id} className="row shown" title={instance.name}>
           <input
             type="checkbox"
             checked={!props.hidden.has(instance.name)}
             onChange={() => props.set(toggled(props.hidden, instance.name))}
           />
-          {instance.name}
+          <span className="name">{instance.name}</span>
           <span className="quiet">{trWord(instance.state)}</span>
         </label>
       ))}
