@@ -158,10 +158,10 @@ lint: setup-checked
 	$(STRAND) $(BIN)/ruff check python tests examples bench packaging
 	$(STRAND) $(BIN)/pyright
 
-# The package's extension comes first, of the same features: nothing is built twice. The example is that of tests/python/test_bench.py.
+# The package's extension comes first, of the same features: nothing is built twice. The examples are those of tests/python/test_bench.py.
 build-tests: setup-checked
 	cargo test $(WORKSPACE) --tests --no-run
-	cargo build -p runtime -p bindings --features bindings/hosts --profile checked --quiet $(LINTED) --example bench
+	cargo build -p runtime -p library -p bindings --features bindings/hosts --profile checked --quiet $(LINTED) --example bench --example queues
 
 test-rust: setup-checked
 	@mkdir -p out
@@ -256,6 +256,7 @@ soak: setup $(VENV)/tests
 
 bench: setup-hosts $(VENV)/tests
 	@$(call install,onnxruntime==1.32.0) || echo "onnxruntime is missing, so the rows of policies are not measured"
+	@$(call install,ruckig==0.19.4 copp-py==0.2.3) || echo "ruckig or copp-py is missing, so the rows of queues are not compared"
 	$(BIN)/python bench/run.py
 
 # One wheel for every Python from 3.11 on and every Linux with glibc 2.28 or newer, to be installed where there is neither Rust nor Node; the debug

@@ -10,6 +10,7 @@ COMMANDS = "each command is an operation of its own: 5.6 to 7.9 µs, as one grap
 LANES = "the source, the supervisor and a second thread of the server are woken in each call; written down and handed over (decision 217)"
 BYTES = "memory decides: 152 bytes a block, the loop has 104: 1.46 times as many (decision 149)"
 ENTRY = "1.13 to 1.26 for a gain, where PID holds: its entry is not explained yet (decision 149)"
+LAW = "no acceleration along the path at the boundary of two pieces: joints 1.16, tool 1.49, median 1.06 and 1.23 (decision 303)"
 OPEN = {
     ("dispatch", "gain in Rust, chain, "): ENTRY,
     ("dispatch", "PID in C, independent, 100,000"): BYTES,
@@ -22,6 +23,8 @@ OPEN = {
     ("remote verb", "start, remote"): LANES,
     ("transition", "100 blocks out and in, each by a command"): COMMANDS,
     ("python blocks", "the first block of a process"): "a PID 1.4 s, 2.1 s where Python keeps no byte code; a tiny block 0.97 s",
+    ("queue", "five moves of the joints, blended, to TOPP3"): LAW,
+    ("queue", "five lines of the tool, blended, to TOPP3"): LAW,
     ("policy", "large"): "0.60 to 0.62 of onnxruntime: 760 kB of weights come at 84 GB/s, the bar takes 103 (decision 203)",
 }
 """Reason by row and beginning of the line."""

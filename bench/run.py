@@ -39,6 +39,7 @@ from rows import (
     policies,
     processes,
     python_blocks,
+    queues,
     recording,
     remote,
     servos,
@@ -76,6 +77,7 @@ GROUPS: dict[str, Callable[[Options], Iterator[lines.Line]]] = {
     "virtual": lambda options: virtual_clock.measure(options.rounds),
     "episodes": lambda options: episodes.measure(options.rounds, options.quick),
     "policy": lambda options: policies.measure(options.rounds, options.quick),
+    "queue": lambda options: queues.measure(options.quick),
 }
 
 

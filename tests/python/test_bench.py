@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).parents[2]
 
 
-@pytest.mark.parametrize("group", ["dispatch", "reader", "transition", "plan", "verb", "remote"])
+@pytest.mark.parametrize("group", ["dispatch", "reader", "transition", "plan", "verb", "remote", "queue"])
 def test_a_group_is_taken_and_told(group: str, tmp_path: Path) -> None:
     command = [sys.executable, ROOT / "bench" / "run.py", "--quick", "--json", tmp_path / "bench.json", "--only", group]
     done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "OPENGPAC_BENCH_PROFILE": "checked"})
