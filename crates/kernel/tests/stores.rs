@@ -191,7 +191,8 @@ fn nor_does_it_in_fused_blocks() {
     let loaded = modules::load(&path, &modules::LoadOptions::default()).unwrap();
     let linked = loaded.blocks[0].descriptor;
     assert_eq!(modules::fused::fit(linked), Ok(()));
-    nothing_is_torn(&[linked; 30]);
+    // As many as one entry takes: a firing that is shorter than the delay of the alarm, some microseconds, is hardly ever ended by it.
+    nothing_is_torn(&[linked; 100]);
 }
 
 fn nothing_is_torn(kinds: &[&'static Descriptor]) {
