@@ -224,6 +224,30 @@ test("a stop is heard while no answer comes to what the page has asked for", asy
   await command(page.getByRole("button", { name: "Reset", exact: true }), page.locator(".stopped"), "detached");
 });
 
+test("a view that was not opened before can be opened without a connection", async () => {
+  const { page, context } = await open(browser, linked());
+  const fetched = () => page.evaluate(() => performance.getEntriesByType("resource").some((one) => one.name.includes("/assets/panel-")));
+  await expect.poll(fetched).toBe(true);
+  link.cut();
+  await isUnheard(page);
+  await show(page, "#/recordings");
+  await page.getByRole("main", { name: "Recordings" }).getByRole("button", { name: "Record", exact: true }).waitFor();
+  await context.close();
+});
+
+test("a view that could not be loaded says so, and is shown when the connection returns", async () => {
+  const { page, context } = await open(browser, linked());
+  await page.route("**/assets/recordings-*", (route) => route.abort());
+  link.cut();
+  await isUnheard(page);
+  await show(page, "#/recordings");
+  await page.getByText("This view could not be loaded").waitFor();
+  await page.unroute("**/assets/recordings-*");
+  link.mend();
+  await page.getByRole("main", { name: "Recordings" }).getByRole("button", { name: "Record", exact: true }).waitFor();
+  await context.close();
+});
+
 /** Makes something between page and system answer the stop: it is overloaded, or has no capacity. Returns a function that ends this. */
 async function answered(page: Page): Promise<() => Promise<void>> {
   let status = 503;

@@ -143,6 +143,9 @@ export const texts: Texts = {
   "shell.acknowledgeAll": "Alle quittieren",
   "shell.countTimes": ", {count}-mal",
   "shell.thisViewHasFailedTheSystem": "Diese Ansicht ist ausgefallen. Das System ist nicht betroffen.",
+  "shell.thisViewCouldNotBeLoaded":
+    "Diese Ansicht konnte nicht geladen werden, weil das System nicht geantwortet hat. Die Seite wird neu geladen, sobald die Verbindung zurückkehrt.",
+  "shell.loadThePageAgain": "Seite neu laden",
   "shell.tryAgain": "Erneut versuchen",
   "shell.aProgram": "ein Programm",
   "shell.thisPage": "diese Seite",

@@ -142,6 +142,9 @@ export const en = {
   "shell.acknowledgeAll": "Acknowledge all",
   "shell.countTimes": ", {count} times",
   "shell.thisViewHasFailedTheSystem": "This view has failed. The system is not affected.",
+  "shell.thisViewCouldNotBeLoaded":
+    "This view could not be loaded, because the system did not answer. The page is loaded again when the connection returns.",
+  "shell.loadThePageAgain": "Load page again",
   "shell.tryAgain": "Try again",
   "shell.aProgram": "a program",
   "shell.thisPage": "this page",

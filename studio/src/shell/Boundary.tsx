@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 
-import { Component, type ReactNode } from "react";
+import { Component, type ReactNode, useEffect, useRef } from "react";
 import { refusalsOf } from "../control/refusals";
 import { Refusals } from "../design/parts";
 import { tr } from "../language/text";
+import { useLive, useWatched } from "./context";
+import { reload } from "./cutOff";
+
+/** Messages of browsers, and of the loader, about a part of the page that could not be fetched. */
+const UNFETCHED = /dynamically imported module|preload CSS|Importing a module script failed/i;
 
 /** Shows the error of a failed view in place of the view, so that the rest of the page keeps working. */
 export class Boundary extends Component<{ children: ReactNode }, { failure: unknown }> {
@@ -14,11 +19,13 @@ export class Boundary extends Component<{ children: ReactNode }, { failure: unkn
   }
 
   override render() {
-    if (this.state.failure === null) return this.props.children;
+    const { failure } = this.state;
+    if (failure === null) return this.props.children;
+    if (failure instanceof Error && UNFETCHED.test(failure.message)) return <Unfetched />;
     return (
       <div className="stack">
         <p>{tr("shell.thisViewHasFailedTheSystem")}</p>
-        <Refusals of={refusalsOf(this.state.failure)} />
+        <Refusals of={refusalsOf(failure)} />
         <div className="row">
           <button type="button" onClick={() => this.setState({ failure: null })}>
             {tr("shell.tryAgain")}
@@ -27,4 +34,27 @@ export class Boundary extends Component<{ children: ReactNode }, { failure: unkn
       </div>
     );
   }
+}
+
+/**
+ * Message about a view that could not be fetched. The page is loaded again when the connection returns, because a browser does not fetch
+ * a failed part of a page again.
+ */
+function Unfetched() {
+  const connection = useWatched(useLive().stream.connection);
+  const wasLost = useRef(false);
+  useEffect(() => {
+    if (connection !== "open") wasLost.current = true;
+    else if (wasLost.current) reload();
+  }, [connection]);
+  return (
+    <div className="stack">
+      <p>{tr("shell.thisViewCouldNotBeLoaded")}</p>
+      <div className="row">
+        <button type="button" onClick={reload}>
+          {tr("shell.loadThePageAgain")}
+        </button>
+      </div>
+    </div>
+  );
 }

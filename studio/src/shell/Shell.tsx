@@ -10,8 +10,11 @@ import { useCutOffWarning } from "./cutOff";
 import { Navigation } from "./Navigation";
 import { useRoute } from "./route";
 import { TopBar } from "./TopBar";
-import { views } from "./views";
+import { fetchViews, views } from "./views";
 import "./shell.css";
+
+/** Time after which the views that are not open are fetched, ms: the open one comes first. */
+const FETCH_MS = 2000;
 
 /** The frame of the studio: the elements that are always visible, and the open view. */
 export function Shell() {
@@ -20,6 +23,10 @@ export function Shell() {
   const route = useRoute();
   const view = views.find((one) => one.name === route.view);
   useCutOffWarning();
+  useEffect(() => {
+    const later = setTimeout(() => void fetchViews(), FETCH_MS);
+    return () => clearTimeout(later);
+  }, []);
   useEffect(() => {
     document.title = tr("shell.openGPACStudio2", { part: view?.title ?? tr("shell.notFound") });
   }, [view]);

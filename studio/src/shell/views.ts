@@ -3,7 +3,7 @@
 import { type ComponentType, type LazyExoticComponent, lazy } from "react";
 import { tr } from "../language/text";
 
-/** A view of the studio, loaded when it is first opened. */
+/** A view of the studio, loaded when it is first opened, or soon after the page. */
 export interface View {
   name: string;
   title: string;
@@ -12,6 +12,12 @@ export interface View {
   /** True if the view is shown without the navigation bar and is not listed in it. */
   alone?: boolean;
   part: LazyExoticComponent<ComponentType>;
+  /** Fetches the view, if that has not been done yet. */
+  load: () => Promise<unknown>;
+}
+
+function loaded(load: () => Promise<{ default: ComponentType }>): Pick<View, "part" | "load"> {
+  return { part: lazy(load), load };
 }
 
 export const views: View[] = [
@@ -19,56 +25,65 @@ export const views: View[] = [
     name: "start",
     title: tr("shell.start"),
     about: tr("shell.overviewRunningInstancesFirstSteps"),
-    part: lazy(() => import("../views/start")),
+    ...loaded(() => import("../views/start")),
   },
   {
     name: "system",
     title: tr("shell.system"),
     about: tr("shell.processorsInterruptSourcesLoadJitterRights"),
-    part: lazy(() => import("../views/system")),
+    ...loaded(() => import("../views/system")),
   },
   {
     name: "flow",
     title: tr("shell.dataFlow"),
     about: tr("shell.theInstalledGraphsWithLiveValues"),
-    part: lazy(() => import("../views/flow")),
+    ...loaded(() => import("../views/flow")),
   },
   {
     name: "verbs",
     title: tr("shell.verbs"),
     about: tr("shell.verbsAndTheirInstancesStartHalt"),
-    part: lazy(() => import("../views/verbs")),
+    ...loaded(() => import("../views/verbs")),
   },
   {
     name: "devices",
     title: tr("shell.devices"),
     about: tr("shell.logicalAndPhysicalDevicesTheArm"),
-    part: lazy(() => import("../views/devices")),
+    ...loaded(() => import("../views/devices")),
   },
-  { name: "scope", title: tr("shell.scope"), about: tr("shell.valuesAtTheirFullRate"), part: lazy(() => import("../views/scope")) },
+  { name: "scope", title: tr("shell.scope"), about: tr("shell.valuesAtTheirFullRate"), ...loaded(() => import("../views/scope")) },
   {
     name: "log",
     title: tr("shell.log"),
     about: tr("shell.conditionsFaultsTransitionsReportsCommands"),
-    part: lazy(() => import("../views/log")),
+    ...loaded(() => import("../views/log")),
   },
   {
     name: "recordings",
     title: tr("shell.recordings"),
     about: tr("shell.recordAllValuesToAFile"),
-    part: lazy(() => import("../views/recordings")),
+    ...loaded(() => import("../views/recordings")),
   },
   {
     name: "workspaces",
     title: tr("shell.workspaces"),
     about: tr("shell.layoutsOfPlotsValuesMachinesAlarms"),
-    part: lazy(() => import("../views/workspaces")),
+    ...loaded(() => import("../views/workspaces")),
   },
   {
     name: "panel",
     title: tr("shell.panel"),
     about: tr("shell.aWorkspaceForOperators"),
     alone: true,
-    part: lazy(() => import("../views/panel")),
+    ...loaded(() => import("../views/panel")),
   },
 ];
+
+/** Fetches all views one after the other, so that each can also be opened later, without a connection. */
+export async function fetchViews(): Promise<void> {
+  try {
+    for (const { load } of views) await load();
+  } catch {
+    // Without a connection, a view is fetched when it is opened.
+  }
+}
