@@ -223,6 +223,7 @@ faults: setup-hosts $(VENV)/tests
 	OPENGPAC_FUSED=1000 cargo test -p kernel --profile checked --test fused -- --nocapture
 	OPENGPAC_FUSED_GRAPHS=all $(BIN)/python -m pytest -q tests/python/mappings/test_fused.py
 	OPENGPAC_LOOPS=1000 cargo test -p kernel --profile checked --test foreign -- --nocapture --test-threads=1
+	OPENGPAC_JUMPS=all cargo test -p supervisor --profile checked --test supervisor -- no_jump
 	$(BIN)/python tests/faults/no_jump.py
 	OPENGPAC_CYCLES=100000 $(BIN)/python -m pytest -q tests/python/conformance/test_r098_instances.py -k leave_no_memory_behind
 	OPENGPAC_TREES=1000 OPENGPAC_PLAIN_MOVES=480 $(BIN)/python -m pytest -q tests/python/motion/test_any_tree.py tests/python/motion/test_plain_moves.py
