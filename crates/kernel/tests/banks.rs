@@ -180,6 +180,11 @@ struct Program {
     told: Vec<String>,
 }
 
+/// Returns an activation at each interval whose blocks may take 0.2 s, so that one that loops is ended after that instead of after 1 s.
+fn limited() -> Arc<Activation> {
+    Activation::with_budget(Due::Interval, None, Some(200 * MS as u64))
+}
+
 impl Program {
     fn new(made: &[ProgramBlock], kinds: Kinds) -> Program {
         let host = virtual_host(1);
@@ -190,7 +195,7 @@ impl Program {
         }
         let process = Process::new(1, 1);
         process.set_stages(vec![Stage { watches: vec![Watch { block: None, item: Watch::FAULT, condition: 9, priority: 0, response: Response::Tell }] }]);
-        let mut program = Program { host, source, blocks: vec![], cells, activations: [interval(), interval()], process, told: vec![] };
+        let mut program = Program { host, source, blocks: vec![], cells, activations: [limited(), limited()], process, told: vec![] };
         program.blocks = made.iter().enumerate().map(|(at, made)| program.block(at, made, made.reads, kinds[made.kind])).collect();
         let [first, second] = program.activations.clone();
         let stage = Op::Stage { process: program.process.clone(), stage: 0, generation: Some(1) };
