@@ -211,18 +211,36 @@ def test_a_halt_begins_only_the_lists_of_the_parts_that_it_leads_on(rig: Rig) ->
     assert vi.report is not None and vi.report.condition == "halted" and [passed.condition for passed in vi.report.way] == ["halted"]
 
 
+def test_a_halt_that_leads_one_part_back_to_its_beginning_begins_no_other_part(rig: Rig) -> None:
+    """The first part goes home at a halt; the second one ended when the first went on, and stays at its end."""
+    parts = {"home": leaf(rig, 0, brakes=False, enough=3), "work": leaf(rig, 1, brakes=False, enough=90)}
+    homing = gpac.compose("homing", parts, transitions={("home", None): "work", ("work", "halted"): "home"})
+    both = gpac.together({"x": homing, "y": leaf(rig, 2, brakes=False, enough=500)}, name="both").on(rig.fast)
+    svvs = of_svvs(rig)
+    vi = both.new_instance(*arguments_of(both, svvs)).start()
+    rig.cell.advance("8.5 ms")
+    counted = work(svvs)
+    vi.halt()
+    rig.cell.advance("20 ms")
+    begun = {name for name, value in work(svvs).items() if value != counted[name]}
+    assert counted["y1"] and counted["y2"] and begun == {"y0"} and vi.report is not None, (counted, work(svvs))
+    assert (vi.report.condition, vi.report.command_list) == ("halted", "x.home.start")
+
+
 def test_a_time_limit_ends_the_work_of_one_part_while_another_brakes(rig: Rig) -> None:
-    """The first part has gone on to work that a time limit ends, together with the braking of the second."""
-    parts = {"a": leaf(rig, 0, brakes=False, enough=2), "r": leaf(rig, 1, brakes=False, enough=9)}
+    """A halt leads the first part to a recovery and lets the second one brake; the time limit then ends only the recovery."""
+    parts = {"a": leaf(rig, 0, brakes=False, enough=90), "r": leaf(rig, 1, brakes=False, enough=90)}
     recovery = gpac.compose("recovery", parts, transitions={("a", None): "r", ("a", "halted"): "r"})
     both = gpac.together({"x": recovery, "y": leaf(rig, 2, enough=90)}, name="both").on(rig.fast)
     svvs = of_svvs(rig)
     vi = both.new_instance(*arguments_of(both, svvs)).start(way2=20, time_limit="5.5 ms")
-    rig.cell.advance("5.5 ms")
+    rig.cell.advance("2.5 ms")
+    vi.halt()
+    rig.cell.advance("3 ms")
     worked = svvs["y1"].value
     rig.cell.advance("40 ms")
-    assert vi.report is not None and 0 < worked == svvs["y1"].value < 9 and svvs["b2"].value == 20, (worked, svvs["y1"].value, vi.report)
-    assert [passed.condition for passed in vi.report.way] == ["enough", "time_limit"], vi.report.way
+    assert vi.report is not None and 0 < worked == svvs["y1"].value and svvs["b2"].value == 20, (worked, svvs["y1"].value, vi.report)
+    assert [passed.condition for passed in vi.report.way] == ["halted", "time_limit"], vi.report.way
 
 
 @pytest.mark.parametrize("seed", [910000130, 910000703, 910001577, 910005618])

@@ -295,10 +295,9 @@ def together(
     for that condition. With `until="all"`, the verb ends with `completed` when every part has reached a normal end, and returns the
     outputs of all parts; a finished part keeps running until then, and a failed part ends all parts. A transition leaves that list as
     a whole. If a system condition (`halted`, `time_limit`) leads several parts to lists of their own, those lists are also merged
-    into one, which ends when all parts have finished their lists. A part that such a condition leads nowhere ends, unless it is
-    already coming to rest. Parts must not write the same SVV, and only one of the initial
-    lists may contain a wait. `name`, `rename`, `preset`, `share` and `doc` are as in `compose`; by default, the name joins the names
-    of the parts, `a_and_b`.
+    into one, which ends when all parts have finished their lists. A part that has no transition for it ends, unless it is already
+    coming to rest. Parts must not write the same SVV, and only one of the initial lists may contain a wait. `name`, `rename`,
+    `preset`, `share` and `doc` are as in `compose`; by default, the name joins the names of the parts, `a_and_b`.
     """
     if until not in ("any", "all"):
         refuse(DefinitionError, f"until= must be 'any' or 'all', not {until!r}", "write until='any' or until='all'")

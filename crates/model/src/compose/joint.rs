@@ -2,8 +2,9 @@
 //! Joint lists: lists of several parts that `together` merges into one. These are the initial lists, and the lists to which one system
 //! condition leads several parts.
 //!
-//! A system condition leads to exactly the lists of the parts that follow it: a part that it ends on its own is left out, while the
-//! others come to rest. A list may therefore be merged with several others, and also stand alone.
+//! A condition leads to exactly the lists of the parts that have a transition for it. A part that a system condition ends on its own is
+//! left out, while the others come to rest. A list may therefore be merged with several
+//! others, and also stand alone.
 //!
 //! If all parts are awaited, waits record which parts have ended: the list continues with one wait per part, each of which also accepts a
 //! condition that occurred earlier. The list then deactivates the parts and is `completed`.
@@ -14,6 +15,9 @@ use crate::definition::{Command, Transition};
 use crate::refusal::Class;
 use indexmap::IndexSet;
 use std::collections::HashSet;
+
+/// Maximum number of joint lists: the number of combinations grows exponentially if each part comes to rest in steps of its own.
+const JOINTS_MAX: usize = 64;
 
 /// A part and one of its lists.
 pub(super) type ListOf = (usize, usize);
@@ -43,6 +47,10 @@ impl Composing<'_> {
         let lists = self.parts.iter().map(|part| part.checked.initial).enumerate().collect();
         self.joints.push(Joint { name: MERGED.to_owned(), lists, all: self.of.until == Until::All });
         self.follow_conditions();
+        if self.joints.len() > JOINTS_MAX {
+            let message = format!("system conditions lead the parts to more than {JOINTS_MAX} combinations of their lists");
+            return self.refuse(Class::CompositionConflict, message, "let the parts come to rest by the same conditions, or compose fewer of them", &None);
+        }
         for joint in self.joints.clone().iter().filter(|joint| joint.all) {
             self.check_all(joint);
         }
@@ -54,7 +62,7 @@ impl Composing<'_> {
         let seen = loop {
             let known = self.names().len();
             let seen = self.reach();
-            if self.names().len() == known {
+            if self.names().len() == known || self.joints.len() > JOINTS_MAX {
                 break seen;
             }
         };
@@ -82,6 +90,9 @@ impl Composing<'_> {
         let mut at = 0;
         while let Some((lists, is_ending)) = seen.get_index(at).cloned() {
             at += 1;
+            if self.joints.len() > JOINTS_MAX {
+                break;
+            }
             for condition in self.conditions_of(&lists) {
                 for next in self.next(&lists, &condition, is_ending) {
                     if self.name_of(&next).is_none() {
@@ -105,11 +116,12 @@ impl Composing<'_> {
         }
     }
 
-    /// Returns all conditions that lead on a part that runs one of these lists.
+    /// Returns all conditions, by their names in the composed verb, for which a part has a transition from one of these lists.
     fn conditions_of(&self, lists: &[ListOf]) -> IndexSet<String> {
-        let of = |(part, list): &ListOf| {
-            let from = self.parts[*part].own_list(*list);
-            self.parts[*part].verb.transitions.iter().filter(move |line| line.from == from).map(|line| line.condition.clone())
+        let of = |&(part, list): &ListOf| {
+            let of = &self.parts[part];
+            let from = of.own_list(list);
+            of.verb.transitions.iter().filter(move |line| line.from == from).map(|line| of.own(&line.condition).to_owned())
         };
         lists.iter().flat_map(of).collect()
     }
@@ -120,37 +132,39 @@ impl Composing<'_> {
             return vec![goals];
         }
         let goals = lists.iter().filter_map(|(part, list)| Some((*part, self.parts[*part].goal(*list, condition, is_ending)?)));
-        goals.map(|goal| self.merged(goal)).collect()
+        goals.map(|goal| self.alone(goal)).collect()
     }
 
-    /// Returns the list to which a part's own conditions lead: the first joint list that contains a list, or that list alone.
-    fn merged(&self, (part, list): ListOf) -> Vec<ListOf> {
-        let name = self.parts[part].list(list);
-        self.joints.iter().find(|joint| joint.name == name).map_or_else(|| vec![(part, list)], |joint| joint.lists.clone())
+    /// Returns the list to which a part leads the whole verb: back to the initial lists of all parts, or to a list of its own.
+    fn alone(&self, (part, list): ListOf) -> Vec<ListOf> {
+        if list == self.parts[part].checked.initial { self.joints[0].lists.clone() } else { vec![(part, list)] }
     }
 
-    /// Returns exactly the lists to which a condition leads the parts that run: a system condition, or any condition of a part that runs
-    /// alone. A part that it leads nowhere goes on with a list that brings it to rest, and is otherwise left out. `None` if the condition
-    /// leads no part on, or leads a part to its initial or ending list, which belongs to the whole verb.
+    /// Returns exactly the lists to which a condition leads the parts that run. A part that a system condition leads nowhere continues
+    /// with a list that brings it to rest, and is otherwise left out. `None` if the condition leads no part to another list, leads a part
+    /// to a list that belongs to the whole verb (the ending list, or, unless the verb is ordered to end, the initial list), or is a
+    /// different condition in each part.
     fn goals(&self, lists: &[ListOf], condition: &str, is_ending: bool) -> Option<Vec<ListOf>> {
-        if lists.len() > 1 && !SYSTEM.contains(&condition) && !LIMITS.contains(&condition) {
-            return None;
-        }
+        let is_system = SYSTEM.contains(&condition) || LIMITS.contains(&condition);
+        let keeps_braking = is_system && condition != SystemCondition::Completed.name();
+        let is_back = |of: &PartOf<'_>, goal: usize| goal == of.checked.initial && !is_ending && !ENDS.contains(&condition);
         let mut goals = Vec::new();
         let mut leads = false;
         for &(part, list) in lists {
             let of = &self.parts[part];
             match of.goal(list, condition, is_ending) {
-                Some(goal) if goal == of.checked.initial || of.checked.ending.list == Some(goal) => return None,
+                Some(goal) if is_back(of, goal) || of.checked.ending.list == Some(goal) => return None,
                 Some(goal) => {
                     goals.push((part, goal));
                     leads = true;
                 }
-                None if condition != SystemCondition::Completed.name() && !of.is_work(list) => goals.push((part, list)),
+                None if keeps_braking && !of.is_work(list) => goals.push((part, list)),
                 None => {}
             }
         }
-        leads.then_some(goals)
+        // Conditions of several parts are the same event only if `completed` leads these parts to the same lists.
+        let is_one = is_system || goals.len() < 2 || self.goals(lists, SystemCondition::Completed.name(), is_ending).as_ref() == Some(&goals);
+        (leads && is_one).then_some(goals)
     }
 
     /// Returns the name of the list in the composed verb that consists of exactly these lists, if there is one.
@@ -170,9 +184,10 @@ impl Composing<'_> {
             let joint = self.joints.iter().find(|joint| joint.name == from);
             let running = joint.map_or_else(|| vec![(part, list)], |joint| joint.lists.clone());
             let is_ending = self.endings.contains(&from);
-            of.goal(list, &line.condition, is_ending)?;
-            let goals = self.goals(&running, &line.condition, is_ending);
-            Some((from, goals.and_then(|goals| self.name_of(&goals)).unwrap_or_else(|| of.list_named(&line.to))))
+            let condition = of.own(&line.condition);
+            let goal = of.goal(list, condition, is_ending)?;
+            let goals = self.goals(&running, condition, is_ending).unwrap_or_else(|| self.alone((part, goal)));
+            Some((from, self.name_of(&goals)?))
         };
         of.lists_with(list).into_iter().filter_map(target).collect()
     }
@@ -180,11 +195,10 @@ impl Composing<'_> {
     fn joint_name(&self, lists: &[ListOf]) -> String {
         let mut names: Vec<String> = lists.iter().map(|(part, list)| self.parts[*part].own_list(*list).replace('.', "_")).collect();
         names.dedup();
-        let mut name = names.join("_and_");
-        while self.joints.iter().any(|joint| joint.name == name) {
-            name.push_str("_2");
-        }
-        name
+        let first = names.join("_and_");
+        let others = (2..).map(|number| format!("{first}_{number}"));
+        let is_free = |name: &String| self.joints.iter().all(|joint| joint.name != *name);
+        std::iter::once(first.clone()).chain(others).find(is_free).unwrap_or(first)
     }
 
     /// Refuses parts that never end in a list in which all parts are awaited, and parts that leave this list without the others.
@@ -193,8 +207,19 @@ impl Composing<'_> {
             let of = &self.parts[part];
             let described = of.described();
             if let Some((condition, to)) = of.leaves(list) {
-                let message = format!("all parts are awaited in '{}', but {described} proceeds to its list '{to}' on '{condition}'", joint.name);
-                self.refuse(Class::CompositionConflict, message, "compose it so that it needs only one list, or leave until='all' out", &None);
+                let (message, remedy) = if joint.name == MERGED {
+                    let message = format!("all parts are awaited in '{MERGED}', but {described} proceeds to its list '{to}' on '{condition}'");
+                    (message, "compose it so that it needs only one list, or leave until='all' out")
+                } else {
+                    let lists = joint.lists.iter().map(|(part, list)| format!("{}.{}", self.parts[*part].label, self.parts[*part].own_list(*list)));
+                    let lists: Vec<String> = lists.collect();
+                    let message = format!(
+                        "the lists {} run together until all of them have ended, but {described} proceeds to its list '{to}' on '{condition}'",
+                        lists.join(" and ")
+                    );
+                    (message, "let that list end the part, or let system conditions lead only one part to further lists")
+                };
+                self.refuse(Class::CompositionConflict, message, remedy, &None);
             } else if joint.name == MERGED && of.awaited(list).is_empty() && of.runs_on(list) {
                 let message = format!("all parts are awaited, but {described} has no condition with returns= that ends its list '{}'", of.own_list(list));
                 self.refuse(Class::CompositionConflict, message, "give it one: conditions={'arrived': on('near.done', returns=[])}", &None);
@@ -230,11 +255,11 @@ impl PartOf<'_> {
         self.verb.command_lists.get_index(list).map_or("", |(name, _)| name.as_str())
     }
 
-    /// Returns the list to which a condition leads from another list. From the lists of an ending, only a condition that orders the verb
-    /// to end leads to work.
+    /// Returns the list to which a condition, by its name in the composed verb, leads from another list. From the lists of an ending, only
+    /// a condition that orders the verb to end leads to work.
     fn goal(&self, list: usize, condition: &str, is_ending: bool) -> Option<usize> {
         let from = self.own_list(list);
-        let line = self.verb.transitions.iter().find(|line| line.from == from && line.condition == condition)?;
+        let line = self.verb.transitions.iter().find(|line| line.from == from && self.own(&line.condition) == condition)?;
         let to = self.verb.command_lists.get_index_of(&line.to)?;
         (!is_ending || ENDS.contains(&condition) || !self.is_work(to)).then_some(to)
     }
@@ -253,9 +278,10 @@ impl PartOf<'_> {
 
     /// Returns a block condition on which the part leaves this list, and the list to which it leads.
     fn leaves(&self, list: usize) -> Option<(&str, &str)> {
-        let from = self.own_list(list);
+        let (from, is_ending) = (self.own_list(list), !self.is_work(list));
         let is_own = |name: &str| !SYSTEM.contains(&name) && !LIMITS.contains(&name);
-        let line = self.verb.transitions.iter().find(|line| line.from == from && is_own(&line.condition))?;
+        let leaves = |line: &&Transition| line.from == from && is_own(&line.condition) && self.goal(list, self.own(&line.condition), is_ending).is_some();
+        let line = self.verb.transitions.iter().find(leaves)?;
         Some((&line.condition, &line.to))
     }
 

@@ -25,7 +25,6 @@ pub(super) struct PartOf<'a> {
     /// Cells that are bound to shared blocks.
     pub shared_cells: HashSet<&'a str>,
     /// Lists of the part that are merged with lists of other parts, with the names of the lists of the composed verb that contain them.
-    /// The first is the one that the part's own conditions lead to.
     pub joint: HashMap<usize, Vec<String>>,
 }
 

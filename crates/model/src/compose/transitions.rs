@@ -95,7 +95,7 @@ impl Composing<'_> {
                     if before == to {
                         continue;
                     }
-                    let message = format!("the condition '{condition}' leads {} to different lists, but they have the same initial list", self.both(first, at));
+                    let message = format!("in the list '{from}', the condition '{condition}' leads {} to different lists", self.both(first, at));
                     let is_system = SYSTEM.contains(&condition.as_str()) || LIMITS.contains(&condition.as_str());
                     let remedy = if is_system {
                         "let it lead both back to the initial list, or both to other lists".to_owned()

@@ -242,13 +242,14 @@ fn a_system_condition_leads_on_only_the_parts_that_follow_it() {
     };
     // The first part works on in `back` after `enough`, and a halt leads there too; there, a halt ends it. The second one brakes.
     let back = json!({"start": list(&["+s 1ms"]), "back": list(&["+s 2ms"])});
-    let a = with("first", back, &[["start", "enough", "back"], ["start", "halted", "back"]]);
+    let mut a = with("first", back, &[["start", "enough", "back"], ["start", "halted", "back"]]);
     let stop = json!({"start": list(&["+s 1ms"]), "stop": list(&["+s 2ms"])});
-    let b = with("second", stop, &[["start", "halted", "stop"], ["start", "time_limit", "stop"], ["stop", "halted", "stop"], ["stop", "time_limit", "stop"]]);
+    let mut b =
+        with("second", stop, &[["start", "halted", "stop"], ["start", "time_limit", "stop"], ["stop", "halted", "stop"], ["stop", "time_limit", "stop"]]);
     let rename = json!({"b.y": "z", "b.enough": "full", "b.last": "z_last"});
-    let whole = made(json!({"parts": {"a": a, "b": b}, "transitions": [], "together": true, "rename": rename}));
+    let whole = made(json!({"parts": {"a": &a, "b": &b}, "transitions": [], "together": true, "rename": &rename}));
     let expected = [
-        "start enough back_and_stop",
+        "start enough a.back",
         "start halted back_and_stop",
         "start time_limit b.stop",
         "back_and_stop halted b.stop",
@@ -262,6 +263,15 @@ fn a_system_condition_leads_on_only_the_parts_that_follow_it() {
         (["+a.s", "+b.s", "?a.s.above", "?b.s.above", "-a.s", "-b.s"].map(str::to_owned).to_vec(), vec!["+b.s".to_owned()])
     );
     assert_eq!(whole.conditions["b.full"].during, ["b.stop"], "the condition of the part that is left alone ends it");
+    let mut sorted: Vec<String> = expected.map(str::to_owned).to_vec();
+    sorted.sort();
+    for turned in 0..4 {
+        b["transitions"].as_array_mut().expect("transitions").rotate_left(turned);
+        a["transitions"].as_array_mut().expect("transitions").reverse();
+        let mut found = tau(&made(json!({"parts": {"a": &a, "b": &b}, "transitions": [], "together": true, "rename": &rename})));
+        found.sort();
+        assert_eq!(found, sorted, "the order of the transitions decides nothing");
+    }
 }
 
 #[test]
