@@ -55,10 +55,12 @@ def _inertia(given: Any) -> tuple[float, float, float, float, float, float]:
         refuse(CallError, f"the inertia of a payload must be six numbers, not {given!r}", "pass xx, yy, zz, xy, xz and yz in kg m²")
     xx, yy, zz, xy, xz, yz = (float(value) for value in six)
     moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    if moments[0] < -1e-12 * max(1.0, moments[2]):
+    tolerance = 1e-9 * max(moments[2], 1e-6)
+    if moments[0] < -tolerance or moments[2] > moments[0] + moments[1] + tolerance:
+        shown = ", ".join(f"{moment:.3g}" for moment in moments)
         refuse(
             CallError,
-            f"no body has the inertia {given!r}: a principal moment would be {moments[0]:.3g} kg m²",
-            "check the signs of xy, xz and yz",
+            f"no body has the inertia {given!r}: its principal moments would be {shown} kg m²",
+            "pass moments that are not negative, none of which is above the sum of the other two",
         )
     return (xx, yy, zz, xy, xz, yz)

@@ -130,15 +130,44 @@ def of_dynamics(dynamics: Dynamics, moved: tuple[np.ndarray, ...]) -> tuple[np.n
     return moved[0], moved[1], dynamics.effort_of_each(*moved[1:])
 
 
+@pytest.mark.parametrize("noise", [1e-5, 1e-4])
+def test_an_arm_at_rest_is_refused_however_noisy_its_encoders_are(arm: gpac.robots.Arm, noise: float) -> None:
+    random, t = np.random.default_rng(1), np.arange(0, 4, STEP)
+    still = np.tile(motion(0.01)[1][0], (len(t), 1))
+    efforts = arm.dynamics.carrying(LOAD).effort_of_each(still, still * 0, still * 0) + random.normal(0, 0.1, still.shape)
+    with pytest.raises(gpac.ValueRefused, match=r"does not determine the payload"):
+        identify_payload(arm, t, still + random.normal(0, noise, still.shape), efforts)
+
+
+def test_an_arm_that_is_lighter_than_its_model_carries_nothing(arm: gpac.robots.Arm) -> None:
+    found = identify_payload(arm.dynamics.carrying(Payload(0.05)), *of_dynamics(arm.dynamics, motion(4.0)))
+    assert found.payload == Payload(0.0) and found.mass == pytest.approx(-0.05, rel=0.02)
+
+
+def test_errors_are_those_of_repeated_motions(arm: gpac.robots.Arm) -> None:
+    t, q, efforts = of_dynamics(arm.dynamics.carrying(LOAD), motion(4.0))
+    random = np.random.default_rng(2)
+    found = [identify_payload(arm, t, q, efforts + random.normal(0, 0.1, efforts.shape)) for _ in range(12)]
+    scatter = np.std([[each.mass, *each.payload.centre] for each in found], axis=0, ddof=1)
+    claimed = np.mean([[each.mass_error, *each.centre_error] for each in found], axis=0)
+    assert (scatter < 2.5 * claimed).all() and (claimed < 2.5 * scatter).all(), (scatter, claimed)
+
+
 def test_samples_that_do_not_determine_a_payload_are_refused(arm: gpac.robots.Arm) -> None:
     dynamics, (t, q, velocity, acceleration) = arm.dynamics, motion(4.0)
     heavy = dynamics.carrying(LOAD)
     still = (t, q * 0 + q[0], velocity * 0, acceleration * 0)
-    with pytest.raises(gpac.ValueRefused, match=r"the motion does not determine the .*centre along .* of the payload"):
+    with pytest.raises(gpac.ValueRefused, match=r"the motion does not determine the payload: .* on .*centre along"):
         identify_payload(arm, *of_dynamics(heavy, still))
     time, positions, efforts = of_dynamics(heavy, (t, q, velocity, acceleration))
-    with pytest.raises(gpac.ValueRefused, match=r"the efforts are those of a payload of -2\.\d+ kg; check that the efforts have the signs"):
+    with pytest.raises(gpac.ValueRefused, match=r"the efforts are those of a payload of -2\.\d+ kg, and the arm of the model has"):
         identify_payload(arm, time, positions, 2 * dynamics.effort_of_each(q, velocity, acceleration) - efforts)
+    with pytest.raises(gpac.ValueRefused, match=r"a payload of 7\.15e\+03 kg, and the arm of the model has .* kg; check that .* are in N\.m"):
+        identify_payload(arm, time, positions, 1000 * efforts)
+    with pytest.raises(gpac.CallError, match="the samples are not numbers, or their rows differ in length; pass 6 numbers for each sample"):
+        identify_payload(arm, time, positions, [[1.0], *efforts.tolist()[1:]])
+    with pytest.raises(gpac.CallError, match=r"the window must be above 0 s, not '0 ms'"):
+        identify_payload(arm, time, positions, efforts, window="0 ms")
     with pytest.raises(gpac.CallError, match=r"the samples have the shapes \(1000,\), \(1000, 5\) and \(1000, 6\); pass the time of each"):
         identify_payload(arm, time, positions[:, :5], efforts)
     with pytest.raises(gpac.CallError, match="numbers that are not finite"):
@@ -152,7 +181,14 @@ def test_samples_that_do_not_determine_a_payload_are_refused(arm: gpac.robots.Ar
 
 
 @pytest.mark.parametrize(
-    "inertia", [(1, 1, 1), (1.0, 1.0, 1.0, 2.0, 0.0, 0.0), (-0.1, 1.0, 1.0, 0.0, 0.0, 0.0), (float("inf"), *[0.0] * 5)]
+    "inertia",
+    [
+        (1, 1, 1),
+        (1.0, 1.0, 1.0, 2.0, 0.0, 0.0),
+        (0.0, 0.0, 1.0, 0.0, 0.0, 0.0),
+        (-0.1, 1.0, 1.0, 0.0, 0.0, 0.0),
+        (float("inf"), *[0.0] * 5),
+    ],
 )
 def test_an_inertia_that_no_body_has_is_refused(inertia: Any) -> None:
     with pytest.raises(gpac.Error, match=r"inertia"):
