@@ -381,7 +381,7 @@ def test_a_payload_is_checked_where_it_is_written() -> None:
     assert str(caught.value).rpartition(" at ")[2].startswith(__file__)
     with pytest.raises(gpac.OutOfRange, match="the centre of mass of a payload cannot be 250"):
         gpac.robots.Payload(1.0, (0, 0, 250))
-    assert dataclasses.asdict(gpac.robots.Payload(2, (0, 0, 0.1))) == {"mass": 2, "centre": (0, 0, 0.1)}
+    assert dataclasses.asdict(gpac.robots.Payload(2, (0, 0, 0.1))) == {"mass": 2, "centre": (0, 0, 0.1), "inertia": (0,) * 6}
 
 
 NEGATIVE_TIMES: dict[str, Callable[[gpac.System], Any]] = {
