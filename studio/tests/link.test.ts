@@ -226,8 +226,7 @@ test("a stop is heard while no answer comes to what the page has asked for", asy
 
 test("a view that was not opened before can be opened without a connection", async () => {
   const { page, context } = await open(browser, linked());
-  const fetched = () => page.evaluate(() => performance.getEntriesByType("resource").some((one) => one.name.includes("/assets/panel-")));
-  await expect.poll(fetched).toBe(true);
+  await expect.poll(() => hasFetched(page, "panel")).toBe(true);
   link.cut();
   await isUnheard(page);
   await show(page, "#/recordings");
@@ -237,16 +236,40 @@ test("a view that was not opened before can be opened without a connection", asy
 
 test("a view that could not be loaded says so, and is shown when the connection returns", async () => {
   const { page, context } = await open(browser, linked());
-  await page.route("**/assets/recordings-*", (route) => route.abort());
+  await failsToLoadRecordings(page);
   link.cut();
   await isUnheard(page);
   await show(page, "#/recordings");
-  await page.getByText("This view could not be loaded").waitFor();
+  await page.getByText("The page is loaded again when the connection returns.").waitFor();
   await page.unroute("**/assets/recordings-*");
   link.mend();
   await page.getByRole("main", { name: "Recordings" }).getByRole("button", { name: "Record", exact: true }).waitFor();
   await context.close();
 });
+
+test("a view that could not be loaded although there is a connection is loaded with the page, and later views are fetched", async () => {
+  const { page, context } = await open(browser, linked());
+  await failsToLoadRecordings(page);
+  // Views after it are fetched nevertheless.
+  await expect.poll(() => hasFetched(page, "panel")).toBe(true);
+  await show(page, "#/recordings");
+  await page.getByText("This view could not be loaded. Load the page again.").waitFor();
+  await page.unroute("**/assets/recordings-*");
+  await page.getByRole("button", { name: "Load page again" }).click();
+  await page.getByRole("main", { name: "Recordings" }).getByRole("button", { name: "Record", exact: true }).waitFor();
+  await context.close();
+});
+
+/** Loads the page again, and from then on lets no part of the view of recordings through. */
+async function failsToLoadRecordings(page: Page): Promise<void> {
+  // Before the page is loaded, because it soon fetches all views.
+  await page.route("**/assets/recordings-*", (route) => route.abort());
+  await page.reload();
+  await page.getByText("live", { exact: true }).waitFor();
+}
+
+const hasFetched = (page: Page, view: string) =>
+  page.evaluate((part) => performance.getEntriesByType("resource").some((one) => one.name.includes(part)), `/assets/${view}-`);
 
 /** Makes something between page and system answer the stop: it is overloaded, or has no capacity. Returns a function that ends this. */
 async function answered(page: Page): Promise<() => Promise<void>> {

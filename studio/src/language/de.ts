@@ -145,6 +145,7 @@ export const texts: Texts = {
   "shell.thisViewHasFailedTheSystem": "Diese Ansicht ist ausgefallen. Das System ist nicht betroffen.",
   "shell.thisViewCouldNotBeLoaded":
     "Diese Ansicht konnte nicht geladen werden, weil das System nicht geantwortet hat. Die Seite wird neu geladen, sobald die Verbindung zurückkehrt.",
+  "shell.thisViewCouldNotBeLoadedLoad": "Diese Ansicht konnte nicht geladen werden. Die Seite neu laden.",
   "shell.loadThePageAgain": "Seite neu laden",
   "shell.tryAgain": "Erneut versuchen",
   "shell.aProgram": "ein Programm",

@@ -144,6 +144,7 @@ export const en = {
   "shell.thisViewHasFailedTheSystem": "This view has failed. The system is not affected.",
   "shell.thisViewCouldNotBeLoaded":
     "This view could not be loaded, because the system did not answer. The page is loaded again when the connection returns.",
+  "shell.thisViewCouldNotBeLoadedLoad": "This view could not be loaded. Load the page again.",
   "shell.loadThePageAgain": "Load page again",
   "shell.tryAgain": "Try again",
   "shell.aProgram": "a program",

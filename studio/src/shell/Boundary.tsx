@@ -37,8 +37,8 @@ export class Boundary extends Component<{ children: ReactNode }, { failure: unkn
 }
 
 /**
- * Message about a view that could not be fetched. The page is loaded again when the connection returns, because a browser does not fetch
- * a failed part of a page again.
+ * Message about a view that could not be fetched. A browser does not fetch a failed part of a page again: the page is loaded again when a
+ * lost connection returns; with a connection, the user is asked to load it.
  */
 function Unfetched() {
   const connection = useWatched(useLive().stream.connection);
@@ -49,7 +49,7 @@ function Unfetched() {
   }, [connection]);
   return (
     <div className="stack">
-      <p>{tr("shell.thisViewCouldNotBeLoaded")}</p>
+      <p>{tr(connection === "open" ? "shell.thisViewCouldNotBeLoadedLoad" : "shell.thisViewCouldNotBeLoaded")}</p>
       <div className="row">
         <button type="button" onClick={reload}>
           {tr("shell.loadThePageAgain")}

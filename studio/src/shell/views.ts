@@ -81,9 +81,11 @@ export const views: View[] = [
 
 /** Fetches all views one after the other, so that each can also be opened later, without a connection. */
 export async function fetchViews(): Promise<void> {
-  try {
-    for (const { load } of views) await load();
-  } catch {
-    // Without a connection, a view is fetched when it is opened.
+  for (const { load } of views) {
+    try {
+      await load();
+    } catch {
+      // The view says so when it is opened.
+    }
   }
 }
