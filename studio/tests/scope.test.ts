@@ -123,6 +123,30 @@ test("no axis has two equal labels, however closely a large value is looked at",
   await shoot(page, "scope-labels");
 });
 
+test("after a zoom, *Time* shows the span that is chosen, also if it is the one from before the zoom", async () => {
+  const { page } = studio;
+  await commander.start("waves").catch(() => undefined);
+  await page.evaluate(() => {
+    const setup = { traces: [{ channel: "bank.c00", component: "", look: 0 }], sweep: "roll", span_s: 2 };
+    window.location.hash = `#/scope?setup=${encodeURIComponent(JSON.stringify(setup))}`;
+  });
+  const tools = page.getByRole("toolbar", { name: "Scope" });
+  const time = tools.getByRole("combobox", { name: "Time", exact: true });
+  await expect.poll(() => time.inputValue()).toBe("2");
+  await until("values are drawn", async () => /\d/.test((await page.getByTestId("axis").textContent()) ?? ""));
+  await tools.getByRole("button", { name: "Stop", exact: true }).click();
+  const screen = page.getByRole("group", { name: /^Screen/ });
+  for (const _ of [1, 2]) {
+    const before = await time.inputValue();
+    await screen.focus();
+    await page.keyboard.press("+");
+    await expect.poll(() => time.inputValue()).not.toBe(before);
+    await time.selectOption("5");
+    await expect.poll(() => time.inputValue()).toBe("5");
+  }
+  await tools.getByRole("button", { name: "Run", exact: true }).click();
+});
+
 test("a value is found by a few keys", async () => {
   const { page } = studio;
   await page.locator("body").click({ position: { x: 2, y: 2 } });

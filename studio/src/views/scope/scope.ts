@@ -150,7 +150,7 @@ export class Scope {
   showSpan(span_s: number): void {
     const setup = this.setup.get();
     if (span_s !== setup.span_s) this.change({ ...setup, span_s });
-    else if (this.past) this.#around(span_s);
+    if (this.past) this.#around(span_s);
     else if (this.window.get()) this.fit();
   }
 
@@ -289,15 +289,27 @@ export class Scope {
         this.#say({ kind: "past", into, begins: true, channels: [], runs: [], sums: [] });
       return;
     }
-    const attempts = new Attempts();
     const fetch = (of: Past, into: "whole" | "wholeBeside", shift_ns: number) => {
       const [from_ns, to_ns] = [Math.ceil(window.from_ns + shift_ns), Math.floor(window.to_ns + shift_ns)];
-      this.#fetch(of, into, Math.max(of.begins_ns, from_ns), Math.min(of.ends_ns, to_ns), signal).catch((why) => {
-        if (signal.aborted) return;
-        this.trouble.set(why instanceof Error ? why.message : String(why));
-        const wait_ms = attempts.againAfter_ms(why);
-        if (wait_ms !== null) setTimeout(() => signal.aborted || fetch(of, into, shift_ns), wait_ms);
-      });
+      const attempts = new Attempts();
+      let told = "";
+      const clear = () => {
+        if (told !== "" && this.trouble.get() === told) this.trouble.set("");
+      };
+      signal.addEventListener("abort", clear);
+      const attempt = () => {
+        this.#fetch(of, into, Math.max(of.begins_ns, from_ns), Math.min(of.ends_ns, to_ns), signal).then(
+          () => signal.aborted || clear(),
+          (why) => {
+            if (signal.aborted) return;
+            told = why instanceof Error ? why.message : String(why);
+            this.trouble.set(told);
+            const wait_ms = attempts.againAfter_ms(why);
+            if (wait_ms !== null) setTimeout(() => signal.aborted || attempt(), wait_ms);
+          },
+        );
+      };
+      attempt();
     };
     fetch(past, "whole", 0);
     if (behind && this.#behind) fetch(behind.past, "wholeBeside", this.#behind.shift_ns);
