@@ -31,21 +31,27 @@ export class Axis {
 
   goLive(): void {
     this.play(null);
-    this.source.set(this.live);
+    this.#show(this.live);
   }
 
   /** Pauses the display of the running system. */
   pause(): void {
     this.play(null);
-    this.source.set(stillOf(this.live, this.live.values.readings()));
+    this.#show(stillOf(this.live, this.live.values.readings()));
   }
 
   /** Opens a recording, at its beginning. Throws `RefusalError`. */
   async open(name: string): Promise<Recording> {
     const recording = await Recording.open(this.live, name);
     this.play(null);
-    this.source.set(recording);
+    this.#show(recording);
     return recording;
+  }
+
+  #show(source: Source): void {
+    const left = this.recording;
+    this.source.set(source);
+    left?.leave();
   }
 
   /** Plays the recording at a rate; null stops playback. */

@@ -110,7 +110,11 @@ export class Recording implements Source, Past {
       (value) => this.#channels.has(value),
       () => queueMicrotask(() => this.#lookSoon()),
     );
-    this.cursor.watch(() => this.#lookSoon());
+    this.cursor.watch(() => {
+      // Another position is another question.
+      this.#attempts = new Attempts();
+      this.#lookSoon();
+    });
     this.#lookSoon();
   }
 
@@ -161,6 +165,12 @@ export class Recording implements Source, Past {
 
   beside(name: string): Promise<Past> {
     return Recording.open(this.#live, name);
+  }
+
+  /** Ends all attempts to read the values at the cursor, because the views no longer show the recording. */
+  leave(): void {
+    this.#isLeft = true;
+    clearTimeout(this.#retry);
   }
 
   /** Moves the cursor; all views follow. */
@@ -250,10 +260,12 @@ export class Recording implements Source, Past {
 
   #attempts = new Attempts();
   #retry: ReturnType<typeof setTimeout> | undefined;
+  #isLeft = false;
 
   // Only one request is under way at a time. If the cursor moves meanwhile, its newest position is requested afterwards.
   #lookSoon(): void {
     clearTimeout(this.#retry);
+    if (this.#isLeft) return;
     if (this.#looking) {
       this.#again = true;
       return;
@@ -270,7 +282,7 @@ export class Recording implements Source, Past {
         (why) => {
           this.trouble.set(refusalsOf(why));
           const wait_ms = this.#attempts.againAfter_ms(why);
-          if (wait_ms !== null) this.#retry = setTimeout(() => this.#lookSoon(), wait_ms);
+          if (wait_ms !== null && !this.#isLeft) this.#retry = setTimeout(() => this.#lookSoon(), wait_ms);
         },
       )
       .finally(() => {

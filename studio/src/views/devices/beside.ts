@@ -33,10 +33,19 @@ type Tell = (refusals: Refusal[]) => void;
 export function drawBeside(scene: Scene, drawn: DrawnObjects, tell: Tell): () => void {
   const over = new AbortController();
   const ends: (() => void)[] = [];
+  // One object that is drawn does not hide why another is not.
+  const refusals: Record<"path" | "ghost", Refusal[]> = { path: [], ghost: [] };
+  const tellOf =
+    (object: "path" | "ghost"): Tell =>
+    (of) => {
+      refusals[object] = of;
+      const others = refusals.ghost.filter((one) => !refusals.path.some((known) => known.message === one.message));
+      tell([...refusals.path, ...others]);
+    };
   if (drawn.frames) ends.push(drawFrames(scene));
   if (drawn.force_N !== null && scene.geometry.contacts) ends.push(drawContacts(scene, scene.geometry.contacts, drawn.force_N));
-  if (drawn.path_s > 0 && drawn.body !== null) ends.push(drawPath(scene, drawn.body, drawn.path_s * 1e9, over.signal, tell));
-  if (drawn.ghost) ends.push(drawGhost(scene, drawn.ghost, tell));
+  if (drawn.path_s > 0 && drawn.body !== null) ends.push(drawPath(scene, drawn.body, drawn.path_s * 1e9, over.signal, tellOf("path")));
+  if (drawn.ghost) ends.push(drawGhost(scene, drawn.ghost, tellOf("ghost")));
   return () => {
     over.abort();
     for (const end of ends) end();
@@ -219,6 +228,7 @@ function followCursor(
   const path = new RecordedPath(past, geometry, body, span_ns);
   let looking = false;
   let attempts = new Attempts();
+  let hasTold = false;
   let again: ReturnType<typeof setTimeout> | undefined;
   // Only one request is under way at a time: the cursor may have moved meanwhile.
   const look = async () => {
@@ -229,7 +239,8 @@ function followCursor(
       const places = await path.around(asked, signal);
       if (signal.aborted) return;
       put(places, asked);
-      if (attempts.hasFailed) tell([]);
+      if (hasTold) tell([]);
+      hasTold = false;
       attempts = new Attempts();
     }
     looking = false;
@@ -239,13 +250,19 @@ function followCursor(
       looking = false;
       if (signal.aborted) return;
       tell(refusalsOf(why));
+      hasTold = true;
       const wait_ms = attempts.againAfter_ms(why);
       clearTimeout(again);
       if (wait_ms !== null) again = setTimeout(soon, wait_ms);
     });
   };
   soon();
-  const forget = past.cursor.watch(soon);
+  // Another position is another question.
+  const forget = past.cursor.watch(() => {
+    clearTimeout(again);
+    attempts = new Attempts();
+    soon();
+  });
   return () => {
     clearTimeout(again);
     forget();
