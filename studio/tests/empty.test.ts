@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A system in which nothing is set up: each view says what would be there and how it gets there, and offers nothing that cannot work.
+// A system in which nothing is set up: each view says what would be there and how to add it, and offers nothing that cannot work.
 import { join } from "node:path";
 import type { Browser } from "playwright-core";
 import { afterAll, beforeAll, expect, test } from "vitest";
@@ -35,7 +35,7 @@ const EMPTY: [string, string, RegExp][] = [
   ["Workspaces", "No workspaces yet", /A workspace is a layout of .*Create one here.*, or ship one with a program/],
 ];
 
-test.each(EMPTY)("the empty view %s says what would be there and how it gets there", async (view, title, how) => {
+test.each(EMPTY)("the empty view %s says what would be there and how to add it", async (view, title, how) => {
   const { page, errors } = studio;
   await goTo(page, view);
   const empty = page.getByRole("main").locator(".empty").filter({ hasText: title });

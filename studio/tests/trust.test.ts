@@ -279,6 +279,6 @@ test("a fault of the system is shown, and disappears when the question is answer
   await told.waitFor();
   await page.getByRole("button", { name: "Take the tour" }).waitFor();
   await told.waitFor({ state: "detached" });
-  expect(made.get("names")).toBe(3);
+  expect(made.get("names")).toBeGreaterThanOrEqual(3);
   await context.close();
 });

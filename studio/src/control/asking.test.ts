@@ -157,7 +157,7 @@ test("every question of the page is asked until it is answered, at a press, or a
   for (const one of passed) expect(read(one.split(" ")[0] ?? ""), one).toContain("askUntilAnswered(");
 });
 
-test("a question is found in each form in which an effect can ask it", () => {
+test("a question is found in the forms that the page uses", () => {
   const found = (text: string) => questionsOutside(text);
   expect(found('useEffect(() => { control.look("names", {}).then(take); }, []);')).toEqual(["names"]);
   expect(found('useEffect(() => { void run(async () => set(await control.look("names", {}))); }, [run]);')).toEqual(["names"]);

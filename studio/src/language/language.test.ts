@@ -135,8 +135,8 @@ function formsOf(message: Message): Record<string, string> {
   return typeof message === "string" ? { other: message } : { ...message };
 }
 
-test("nothing that is compared or looked up is a text of a language", () => {
-  // The ports of a wire were: no wire was drawn on a German page.
+test("no text of a language is compared, or is a property that identifies something", () => {
+  // The ids of ports were translated, so no wire was drawn on a German page.
   const looked = /\b(?:\w*Handle|id|kind|channel|component|svv|topic): tr\(|(?:===|!==) tr\(|\btr\([^()]*\) (?:===|!==)/;
   expect(looked.test('sourceHandle: tr("flow.outputPort", { port }),')).toBe(true);
   expect(MODULES.filter(({ text }) => looked.test(text)).map(({ file }) => file)).toEqual([]);

@@ -67,7 +67,7 @@ export class ReplayRun {
       const now = await this.#system.look("replaying", { replay }).catch((why) => attempts.againAfter_ms(why) ?? Promise.reject(why));
       if (this.#number !== replay) return null;
       if (typeof now === "number") {
-        // The replay goes on, although the system did not answer.
+        // The replay continues, although the system did not answer.
         await new Promise((again) => setTimeout(again, now));
         continue;
       }

@@ -22,7 +22,7 @@ const AXES_MAX = 3;
 
 /** Height of a lane with enough space for the name of its trace, px. The screen scrolls if its lanes need more space than it has. */
 const LANE = 20;
-/** Maximum number of lanes of that height: a browser draws no picture of any size. More lanes are lower. */
+/** Maximum number of lanes of that height, because browsers limit the size of a canvas. With more, lanes are lower. */
 const LANES_MAX = 256;
 
 /** The screen of the scope. */
@@ -87,7 +87,7 @@ export function Screen(props: { scope: Scope; chosen: string | null }) {
   );
 }
 
-/** Returns the least height of the plots, px. */
+/** Returns the minimum height of the plots, px. */
 function heightOf({ scales, xy, spectrum, traces }: Setup): number {
   if (scales !== "lanes" || xy !== null || spectrum !== null) return 0;
   const lanes = traces.filter((trace) => trace.component !== null && !trace.hidden).length;
