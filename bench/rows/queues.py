@@ -18,9 +18,9 @@ from lines import Line, median, time
 from .kernel import example
 
 STEPS = 200
-"""Least number of points of a path at which TOPP3 limits the motion."""
+"""Minimum number of points of a path at which TOPP3 limits the motion."""
 SHORTEST = 1e-9
-"""Share of a path below which a span has no length for TOPP3."""
+"""Fraction of the path's length below which a span is skipped."""
 REFINEMENTS = 4
 """Number of times that TOPP3 linearizes the limit of jerk again."""
 
@@ -63,6 +63,8 @@ def _row(what: str, programs: list[dict[str, Any]], peer: Any, name: str, bar: f
         return Line("queue", f"{what}, to {name}", note=f"not measured: the package {package} is not installed")
     found = [(program["duration"], peer(program)) for program in programs]
     ratios = [duration / best for duration, best in found if best is not None]
+    if not ratios:
+        return Line("queue", f"{what}, to {name}", note=f"not measured: {name} solved none of {len(found)} programs")
     unsolved = f", {len(found) - len(ratios)} not solved by {name}" if len(ratios) < len(found) else ""
     return Line(
         "queue", f"{what}, to {name}", "", "", max(ratios), f"{max(ratios):.3f}", bar, f"≤ {bar}",

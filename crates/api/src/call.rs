@@ -16,6 +16,8 @@ use supervisor::{CommandSubject, ProgramCommand, System};
 const SLICE: Duration = Duration::from_millis(50);
 /// Argument that contains the number of an instance.
 const INSTANCE: &str = "instance";
+/// Argument that contains the number of a recording.
+const RECORDING: &str = "recording";
 
 type Run<O> = fn(&System, &str, Duration) -> Result<CallResult<O>, Refusals>;
 type SchemaOf = fn(&mut SchemaGenerator) -> Schema;
@@ -302,11 +304,13 @@ impl Call {
         properties.into_iter().map(of).collect()
     }
 
-    /// Returns the object that a call commands: an instance, a device, an SVV, or `system`. `None` if the call only observes or waits.
+    /// Returns the object that a call commands: an instance, a device, an SVV, a recording, or `system`. `None` if the call only observes
+    /// or waits.
     pub fn about(&self, system: &System, arguments: &Map<String, Json>) -> Option<String> {
         let argument = self.commands?;
         Some(match arguments.get(argument) {
             Some(Json::String(text)) => text.clone(),
+            Some(number) if argument == RECORDING => format!("recording {number}"),
             Some(number) if argument == INSTANCE => number.as_u64().map_or_else(|| "system".to_owned(), |id| system.instance_name(id)),
             _ => "system".to_owned(),
         })

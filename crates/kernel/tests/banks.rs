@@ -180,7 +180,7 @@ struct Program {
     told: Vec<String>,
 }
 
-/// Returns an activation at each interval whose blocks may take 0.2 s, so that one that loops is ended after that instead of after 1 s.
+/// Returns an activation at each interval with a budget of 0.2 s, so that a block that loops is ended after 0.2 s instead of 1 s.
 fn limited() -> Arc<Activation> {
     Activation::with_budget(Due::Interval, None, Some(200 * MS as u64))
 }

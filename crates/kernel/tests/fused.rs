@@ -2,7 +2,7 @@
 //! Fused blocks equal the blocks run one by one: the same values, numbers, conditions and faults to the bit, whatever happens in the
 //! middle of them.
 //!
-//! Of the first twelve random programs, four have their turn each day. `OPENGPAC_FUSED=1000 OPENGPAC_SEED=7 cargo test -p kernel --test
+//! Of the first twelve random programs, four run each day. `OPENGPAC_FUSED=1000 OPENGPAC_SEED=7 cargo test -p kernel --test
 //! fused -- --nocapture` is the large campaign.
 #![allow(clippy::undocumented_unsafe_blocks, reason = "headers of blocks are read between firings")]
 mod support;
@@ -109,7 +109,7 @@ struct Program {
     told: Vec<String>,
 }
 
-/// Returns an activation at each interval whose blocks may take 0.2 s, so that one that loops is ended after that instead of after 1 s.
+/// Returns an activation at each interval with a budget of 0.2 s, so that a block that loops is ended after 0.2 s instead of 1 s.
 fn limited() -> Arc<Activation> {
     Activation::with_budget(Due::Interval, None, Some(200 * MS as u64))
 }
@@ -351,5 +351,5 @@ fn any_program_is_the_same_fused() {
         fused += program.groups().iter().map(|(start, end)| end - start).sum::<usize>();
     }
     println!("{count} programs, {fused} blocks fused, {faults} faults, {stopped} ended by a signal");
-    assert!(fused > 0 && faults > 0, "something happens in fused blocks");
+    assert!(count < 4 || (fused > 0 && faults > 0), "something happens in fused blocks");
 }

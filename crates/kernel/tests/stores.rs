@@ -191,7 +191,7 @@ fn nor_does_it_in_fused_blocks() {
     let loaded = modules::load(&path, &modules::LoadOptions::default()).unwrap();
     let linked = loaded.blocks[0].descriptor;
     assert_eq!(modules::fused::fit(linked), Ok(()));
-    // As many as one entry takes: a firing that is shorter than the delay of the alarm, some microseconds, is hardly ever ended by it.
+    // The maximum of one entry: a firing shorter than the alarm's delay of some microseconds is hardly ever ended.
     nothing_is_torn(&[linked; 100]);
 }
 

@@ -141,8 +141,10 @@ def _studio(given: argparse.Namespace) -> dict[str, Any]:
 
 
 def _records(given: argparse.Namespace) -> str | None:
-    """Returns the directory for recordings: the specified one, or the user's own if the studio may record; otherwise None."""
-    if given.records is not None or not given.studio or not server.may_record(given.studio_role or "operate"):
+    """Returns the directory for recordings: the specified one, or the user's own if the studio may record and nobody else is admitted;
+    otherwise None."""
+    is_shared = given.tokens is not None or given.client_ca is not None
+    if given.records is not None or is_shared or not given.studio or not server.may_record(given.studio_role or "operate"):
         return given.records
     return server.records_of_user()
 

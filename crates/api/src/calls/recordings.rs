@@ -51,7 +51,7 @@ crate::calls! {
             /// True to continue after the existing files at that path; those with this identity then count towards `keep`. Over the
             /// control interface, it is set by the daemon and must be omitted.
             may resumes: bool,
-        ) -> StartedRecording: journalled, replaces(&["path"]), goes_with("stop_recording", "path"), record_path("path"), record_resumes("identity", "resumes"), effect(Effect::BeginsRecording)
+        ) -> StartedRecording: commands("path"), journalled, replaces(&["path"]), goes_with("stop_recording", "path"), record_path("path"), record_resumes("identity", "resumes"), effect(Effect::BeginsRecording)
             => |system| {
                 let options = Options { svvs: svvs.unwrap_or_else(|| Options::default().svvs), cells, replay, split_bytes, keep, identity, resumes };
                 Recorder::start(system, &path, &options).map(|(recording, _)| StartedRecording { recording })
@@ -60,7 +60,7 @@ crate::calls! {
         Observe recording(must recording: u64) -> Summary
             => |system| sure(of(system, recording)?.summary());
         /// Ends a recording. Returns its state; if the recording has not ended yet, call again.
-        Operate stop_recording(must recording: u64) -> Summary: outcome_journalled, effect(Effect::EndsRecording)
+        Operate stop_recording(must recording: u64) -> Summary: commands("recording"), outcome_journalled, effect(Effect::EndsRecording)
             => |system, slice| sure(of(system, recording)?.stop_within(slice.min(END_MAX)));
         /// Starts to replay a recording in a separate process, without affecting the system, and compares every value. Returns the number
         /// of the replay. Code modules in the recording run only if their SHA-256 digests match modules that the system has loaded at

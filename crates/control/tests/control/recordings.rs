@@ -57,3 +57,16 @@ fn a_recording_keeps_as_many_files_however_often_its_daemon_dies() {
         left = killed(&next);
     }
 }
+
+#[test]
+fn the_log_names_who_records_and_who_stops_it() {
+    let records = Folder::new();
+    let rig = Rig::with("virtual", |of, folder| *of = recording(&records, folder));
+    let session = rig.commander("panel");
+    let number = rig.call(&session, "record", json!({ "path": "run.mcap" }))["recording"].clone();
+    rig.call(&session, "stop_recording", json!({ "recording": number }));
+    let log = rig.call(&session, "log", json!({}));
+    let told: Vec<String> = log.as_array().expect("entries").iter().filter(|entry| entry["kind"] == "command").map(|entry| entry.to_string()).collect();
+    let is_told = |call: &str, about: &str| told.iter().any(|entry| entry.contains(call) && entry.contains(about) && entry.contains("panel"));
+    assert!(is_told("record", "run.mcap") && is_told("stop_recording", &format!("recording {number}")), "{told:#?}");
+}

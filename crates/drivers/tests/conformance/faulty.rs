@@ -270,7 +270,7 @@ ending! {
     recurses_without_end: COUNTED => "    volatile char room[1 << 22]; room[0] = 1; room[sizeof room - 1] = 1;
     const char *why = conveyor_read(self, release_ns + room[0], readings); if (room[1]) return why;",
         "open-twice", "it ended its process: was ended by SIGSEGV";
-    // With the lowest priority: the tests beside it have the processor meanwhile.
+    // At the lowest priority, so that the tests beside it get the processor. The result of `nice` is used, and is always below 20.
     spins_for_ever: COUNTED => "    if (nice(19) < 20) for (volatile int turn = 0; ; turn = 1 - turn);", "open-twice", "it did not return within 15 s";
     waits_for_itself: COUNTED => "    static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER; pthread_mutex_lock(&lock); pthread_mutex_lock(&lock);",
         "open-twice", "it did not return within 15 s";
