@@ -21,7 +21,7 @@ from .dynamics import Dynamics, Link, three
 from .kinematics import NONE
 from .payload import NO_INERTIA, Payload
 
-SAMPLES_MAX = 1000
+SAMPLES_MAX = 500
 """Maximum number of samples that are used; a longer motion is sampled more coarsely after it was smoothed."""
 SAMPLES_LEAST = 50
 """Minimum number of samples that remain after smoothing."""

@@ -145,12 +145,12 @@ def test_an_arm_that_is_lighter_than_its_model_carries_nothing(arm: gpac.robots.
 
 
 def test_errors_are_those_of_repeated_motions(arm: gpac.robots.Arm) -> None:
-    t, q, efforts = of_dynamics(arm.dynamics.carrying(LOAD), motion(4.0))
+    t, q, efforts = of_dynamics(arm.dynamics.carrying(LOAD), motion(2.0))
     random = np.random.default_rng(2)
-    found = [identify_payload(arm, t, q, efforts + random.normal(0, 0.1, efforts.shape)) for _ in range(12)]
+    found = [identify_payload(arm, t, q, efforts + random.normal(0, 0.1, efforts.shape)) for _ in range(8)]
     scatter = np.std([[each.mass, *each.payload.centre] for each in found], axis=0, ddof=1)
     claimed = np.mean([[each.mass_error, *each.centre_error] for each in found], axis=0)
-    assert (scatter < 2.5 * claimed).all() and (claimed < 2.5 * scatter).all(), (scatter, claimed)
+    assert (scatter < 3 * claimed).all() and (claimed < 3 * scatter).all(), (scatter, claimed)
 
 
 def test_samples_that_do_not_determine_a_payload_are_refused(arm: gpac.robots.Arm) -> None:
@@ -162,7 +162,7 @@ def test_samples_that_do_not_determine_a_payload_are_refused(arm: gpac.robots.Ar
     time, positions, efforts = of_dynamics(heavy, (t, q, velocity, acceleration))
     with pytest.raises(gpac.ValueRefused, match=r"the efforts are those of a payload of -2\.\d+ kg, and the arm of the model has"):
         identify_payload(arm, time, positions, 2 * dynamics.effort_of_each(q, velocity, acceleration) - efforts)
-    with pytest.raises(gpac.ValueRefused, match=r"a payload of 7\.15e\+03 kg, and the arm of the model has .* kg; check that .* are in N\.m"):
+    with pytest.raises(gpac.ValueRefused, match=r"a payload of 7\.\d+e\+03 kg, and the arm of .* kg; check that .* are in N\.m"):
         identify_payload(arm, time, positions, 1000 * efforts)
     with pytest.raises(gpac.CallError, match="the samples are not numbers, or their rows differ in length; pass 6 numbers for each sample"):
         identify_payload(arm, time, positions, [[1.0], *efforts.tolist()[1:]])
