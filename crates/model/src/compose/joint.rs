@@ -3,8 +3,7 @@
 //! condition leads several parts.
 //!
 //! A condition leads to exactly the lists of the parts that have a transition for it. A part that a system condition ends on its own is
-//! left out, while the others come to rest. A list may therefore be merged with several
-//! others, and also stand alone.
+//! left out, while the others come to rest. A list may therefore be merged with several others, and also stand alone.
 //!
 //! If all parts are awaited, waits record which parts have ended: the list continues with one wait per part, each of which also accepts a
 //! condition that occurred earlier. The list then deactivates the parts and is `completed`.
