@@ -10,6 +10,7 @@ mod form;
 mod joint;
 mod lists;
 mod part;
+mod reach;
 mod references;
 mod shared;
 mod stores;
@@ -118,7 +119,7 @@ struct Composing<'a> {
     parts: Vec<PartOf<'a>>,
     joints: Vec<Joint>,
     /// Lists of parts that run together and that are reached only after a condition that orders the verb to end.
-    endings: IndexSet<String>,
+    only_ending: IndexSet<String>,
     verb: Verb,
     refusals: Refusals,
 }
@@ -147,7 +148,7 @@ impl<'a> Composing<'a> {
             refusals.push(refusal.remedy("give it verbs by label: {'approach': approach, 'grasp': grasp}").at(&of.place));
         }
         if refusals.is_empty() {
-            Ok(Composing { of, verb: empty(of, &parts), parts, joints: Vec::new(), endings: IndexSet::new(), refusals })
+            Ok(Composing { of, verb: empty(of, &parts), parts, joints: Vec::new(), only_ending: IndexSet::new(), refusals })
         } else {
             Err(refusals)
         }

@@ -94,6 +94,11 @@ pub const LIMITS: [&str; 5] = [
     SystemCondition::TimeLost.name(),
 ];
 
+/// Returns true for the name of a condition that the system reports, rather than a block.
+pub fn is_system(name: &str) -> bool {
+    SYSTEM.contains(&name) || LIMITS.contains(&name)
+}
+
 /// A termination condition with its transitions.
 #[derive(Clone, Debug)]
 pub struct CheckedCondition {
@@ -136,8 +141,7 @@ fn lists_without(conditions: &[CheckedCondition], name: &str, count: usize) -> O
 fn check_one(flat: &mut Flat<'_>, verb: &Verb, key: &str, termination: &Termination) -> CheckedCondition {
     let name = verb.reported(key);
     let place = if termination.place.is_some() { &termination.place } else { &verb.place };
-    let is_system = SYSTEM.contains(&name) || LIMITS.contains(&name);
-    if termination.on.is_empty() && !is_system {
+    if termination.on.is_empty() && !is_system(name) {
         let remedy = format!("write on('label.condition'), or name one of {}, {}", SYSTEM.join(", "), LIMITS.join(", "));
         flat.refuse(Class::UnknownName, format!("the condition '{name}' is neither bound to a block condition nor a system condition"), place, &remedy);
     }

@@ -9,7 +9,7 @@
 //! condition that occurred earlier. The list then deactivates the parts and is `completed`.
 use super::part::{MERGED, PartOf};
 use super::{Composing, Until};
-use crate::conditions::{ENDS, LIMITS, SYSTEM, SystemCondition};
+use crate::conditions::{ENDS, SystemCondition, is_system};
 use crate::definition::{Command, Transition};
 use crate::refusal::Class;
 use indexmap::IndexSet;
@@ -74,7 +74,7 @@ impl Composing<'_> {
             part.joint.values_mut().for_each(|names| names.retain(is_reached));
             part.joint.retain(|_, names| !names.is_empty());
         }
-        self.endings = endings;
+        self.only_ending = endings;
     }
 
     /// Returns the names of the joint lists, and of the lists that also stand alone.
@@ -144,8 +144,7 @@ impl Composing<'_> {
     /// to a list that belongs to the whole verb (the ending list, or, unless the verb is ordered to end, the initial list), or is a
     /// different condition in each part.
     fn goals(&self, lists: &[ListOf], condition: &str, is_ending: bool) -> Option<Vec<ListOf>> {
-        let is_system = SYSTEM.contains(&condition) || LIMITS.contains(&condition);
-        let keeps_braking = is_system && condition != SystemCondition::Completed.name();
+        let keeps_braking = is_system(condition) && condition != SystemCondition::Completed.name();
         let is_back = |of: &PartOf<'_>, goal: usize| goal == of.checked.initial && !is_ending && !ENDS.contains(&condition);
         let mut goals = Vec::new();
         let mut leads = false;
@@ -162,7 +161,7 @@ impl Composing<'_> {
             }
         }
         // Conditions of several parts are the same event only if `completed` leads these parts to the same lists.
-        let is_one = is_system || goals.len() < 2 || self.goals(lists, SystemCondition::Completed.name(), is_ending).as_ref() == Some(&goals);
+        let is_one = is_system(condition) || goals.len() < 2 || self.goals(lists, SystemCondition::Completed.name(), is_ending).as_ref() == Some(&goals);
         (leads && is_one).then_some(goals)
     }
 
@@ -182,7 +181,7 @@ impl Composing<'_> {
         let target = |from: String| {
             let joint = self.joints.iter().find(|joint| joint.name == from);
             let running = joint.map_or_else(|| vec![(part, list)], |joint| joint.lists.clone());
-            let is_ending = self.endings.contains(&from);
+            let is_ending = self.only_ending.contains(&from);
             let condition = of.own(&line.condition);
             let goal = of.goal(list, condition, is_ending)?;
             let goals = self.goals(&running, condition, is_ending).unwrap_or_else(|| self.alone((part, goal)));
@@ -250,10 +249,6 @@ impl Composing<'_> {
 }
 
 impl PartOf<'_> {
-    fn own_list(&self, list: usize) -> &str {
-        self.verb.command_lists.get_index(list).map_or("", |(name, _)| name.as_str())
-    }
-
     /// Returns the list to which a condition, by its name in the composed verb, leads from another list. From the lists of an ending, only
     /// a condition that orders the verb to end leads to work.
     fn goal(&self, list: usize, condition: &str, is_ending: bool) -> Option<usize> {
@@ -263,23 +258,10 @@ impl PartOf<'_> {
         (!is_ending || ENDS.contains(&condition) || !self.is_work(to)).then_some(to)
     }
 
-    /// Returns true if a list can be reached from the initial one while the part is not ending.
-    fn is_work(&self, list: usize) -> bool {
-        let mut work: IndexSet<&str> = IndexSet::from([self.own_list(self.checked.initial)]);
-        let mut at = 0;
-        while let Some(from) = work.get_index(at).copied() {
-            let lines = self.verb.transitions.iter().filter(|line| line.from == from && !ENDS.contains(&line.condition.as_str()));
-            work.extend(lines.map(|line| line.to.as_str()));
-            at += 1;
-        }
-        work.contains(self.own_list(list))
-    }
-
     /// Returns a block condition on which the part leaves this list, and the list to which it leads.
     fn leaves(&self, list: usize) -> Option<(&str, &str)> {
         let (from, is_ending) = (self.own_list(list), !self.is_work(list));
-        let is_own = |name: &str| !SYSTEM.contains(&name) && !LIMITS.contains(&name);
-        let leaves = |line: &&Transition| line.from == from && is_own(&line.condition) && self.goal(list, self.own(&line.condition), is_ending).is_some();
+        let leaves = |line: &&Transition| line.from == from && !is_system(&line.condition) && self.goal(list, self.own(&line.condition), is_ending).is_some();
         let line = self.verb.transitions.iter().find(leaves)?;
         Some((&line.condition, &line.to))
     }

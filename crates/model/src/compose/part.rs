@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 //! Parts of a composition, and the names that their items have in the composed verb.
 use super::Composition;
+use super::reach::{ends, reached};
 use crate::checked::CheckedVerb;
 use crate::definition::Verb;
 use crate::flatten::{Group, Origin, Port};
 use crate::lists::CheckedCommand;
 use crate::value::Value;
+use indexmap::IndexSet;
 use std::collections::{HashMap, HashSet};
 
 /// Name of the list into which `together` merges the initial lists.
@@ -26,12 +28,16 @@ pub(super) struct PartOf<'a> {
     pub shared_cells: HashSet<&'a str>,
     /// Lists of the part that are merged with lists of other parts, with the names of the lists of the composed verb that contain them.
     pub joint: HashMap<usize, Vec<String>>,
+    /// Lists that can be reached from the initial one while the part is not ending.
+    work: IndexSet<String>,
 }
 
 impl<'a> PartOf<'a> {
     pub fn new(label: &'a str, verb: &'a Verb, checked: CheckedVerb, of: &Composition) -> PartOf<'a> {
         let joint = if of.together { HashMap::from([(checked.initial, vec![MERGED.to_owned()])]) } else { HashMap::new() };
-        PartOf { label, verb, checked, renamed: HashMap::new(), preset: HashMap::new(), shared: HashSet::new(), shared_cells: HashSet::new(), joint }
+        let initial = verb.command_lists.get_index(checked.initial).map(|(name, _)| name.clone());
+        let work = reached(verb, initial.into_iter().collect(), |line| !ends(line));
+        PartOf { label, verb, checked, renamed: HashMap::new(), preset: HashMap::new(), shared: HashSet::new(), shared_cells: HashSet::new(), joint, work }
     }
 
     /// Describes the part for messages: `part 'approach' (verb 'reach')`.
@@ -96,8 +102,17 @@ impl<'a> PartOf<'a> {
 
     /// Returns the name that a list has in the composed verb if it is not merged with others.
     pub fn alone(&self, index: usize) -> String {
-        let name = self.verb.command_lists.get_index(index).map_or("", |(name, _)| name.as_str());
-        format!("{}.{name}", self.label)
+        format!("{}.{}", self.label, self.own_list(index))
+    }
+
+    /// Returns the part's own name of a list.
+    pub fn own_list(&self, index: usize) -> &str {
+        self.verb.command_lists.get_index(index).map_or("", |(name, _)| name.as_str())
+    }
+
+    /// Returns true if a list can be reached from the initial one while the part is not ending.
+    pub fn is_work(&self, index: usize) -> bool {
+        self.work.contains(self.own_list(index))
     }
 
     pub fn list_named(&self, name: &str) -> String {

@@ -2,7 +2,7 @@
 //! References in `rename` and `preset` to items of one part.
 use super::Composing;
 use super::part::PartOf;
-use crate::conditions::{LIMITS, SYSTEM};
+use crate::conditions::is_system;
 use crate::refusal::Class;
 use hints::did_you_mean;
 use indexmap::IndexSet;
@@ -66,7 +66,6 @@ impl<'a> Composing<'a> {
             let message = format!("rename= names '{key}', but {} has no parameter, object, output or condition '{name}'", self.parts[part].described());
             return self.refuse(Class::UnknownName, message, &remedy, &None);
         }
-        let is_system = |name: &str| SYSTEM.contains(&name) || LIMITS.contains(&name);
         if to.is_empty() || to.contains('.') {
             self.refuse(
                 Class::DefinitionError,

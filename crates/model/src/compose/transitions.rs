@@ -3,8 +3,9 @@
 //! ends a part on its own becomes a transition if such an entry covers it.
 use super::joint::ListOf;
 use super::part::MERGED;
+use super::reach::{ends, reached};
 use super::{Composing, Step};
-use crate::conditions::{ENDS, LIMITS, SYSTEM};
+use crate::conditions::{ENDS, LIMITS, SYSTEM, is_system};
 use crate::definition::Transition;
 use crate::refusal::Class;
 use hints::did_you_mean;
@@ -96,8 +97,7 @@ impl Composing<'_> {
                         continue;
                     }
                     let message = format!("in the list '{from}', the condition '{condition}' leads {} to different lists", self.both(first, at));
-                    let is_system = SYSTEM.contains(&condition.as_str()) || LIMITS.contains(&condition.as_str());
-                    let remedy = if is_system {
+                    let remedy = if is_system(&condition) {
                         "let it lead both back to the initial list, or both to other lists".to_owned()
                     } else {
                         format!("rename one: rename={{'{}.{condition}': '{}_{condition}'}}", part.label, part.label)
@@ -258,7 +258,7 @@ impl Composing<'_> {
                 continue;
             }
             let from = froms.iter().min().map_or("", |from| from.as_str());
-            let told = self.verb.transitions.iter().find(|line| line.to == from && ENDS.contains(&line.condition.as_str()));
+            let told = self.verb.transitions.iter().find(|line| line.to == from && ends(line));
             let told = told.map_or("halted", |line| line.condition.as_str());
             never.push((at, format!("'{from}' follows '{told}', which tells the verb to end, so '{condition}' ends it there and '{to}' does not begin")));
         }
@@ -273,32 +273,17 @@ impl Composing<'_> {
     /// Returns the lists that can be reached from the initial one while the verb is not ending, and the lists that can be reached by
     /// conditions that order it to end.
     fn work_and_ending(&self) -> (IndexSet<String>, IndexSet<String>) {
-        let lines = || self.verb.transitions.iter().map(|line| (line, ENDS.contains(&line.condition.as_str())));
-        let mut work: IndexSet<String> = self.verb.initial.iter().cloned().collect();
-        let mut at = 0;
-        while let Some(list) = work.get_index(at).cloned() {
-            work.extend(lines().filter(|(line, ends)| line.from == list && !ends).map(|(line, _)| line.to.clone()));
-            at += 1;
-        }
-        let mut ending: IndexSet<String> = lines().filter(|(line, ends)| *ends && work.contains(&line.from)).map(|(line, _)| line.to.clone()).collect();
-        at = 0;
-        while let Some(list) = ending.get_index(at).cloned() {
-            ending.extend(lines().filter(|(line, ends)| line.from == list && (*ends || !work.contains(&line.to))).map(|(line, _)| line.to.clone()));
-            at += 1;
-        }
+        let work = reached(&self.verb, self.verb.initial.iter().cloned().collect(), |line| !ends(line));
+        let first = self.verb.transitions.iter().filter(|line| ends(line) && work.contains(&line.from)).map(|line| line.to.clone()).collect();
+        let ending = reached(&self.verb, first, |line| ends(line) || !work.contains(&line.to));
         (work, ending)
     }
 
     /// Checks that every part can be reached from the initial list.
     fn check_reached(&mut self) {
-        let mut reached: IndexSet<&str> = self.verb.initial.as_deref().into_iter().collect();
-        let mut at = 0;
-        while let Some(list) = reached.get_index(at).copied() {
-            reached.extend(self.verb.transitions.iter().filter(|t| t.from == list).map(|t| t.to.as_str()));
-            at += 1;
-        }
+        let reached = reached(&self.verb, self.verb.initial.iter().cloned().collect(), |_| true);
         let is_reached =
-            |part: &super::PartOf<'_>| (0..part.verb.command_lists.len()).flat_map(|list| part.lists_with(list)).any(|list| reached.contains(list.as_str()));
+            |part: &super::PartOf<'_>| (0..part.verb.command_lists.len()).flat_map(|list| part.lists_with(list)).any(|list| reached.contains(&list));
         let lost: Vec<usize> = (0..self.parts.len()).filter(|part| !is_reached(&self.parts[*part])).collect();
         let initial = self.verb.initial.clone().unwrap_or_default();
         for part in lost {
