@@ -18,6 +18,7 @@ import numpy as np
 from .. import library as lib
 from ..errors import CallError, DefinitionError, refuse
 from ..values.frames import Pose
+from .inertias import matrix_of, six_of
 from .kinematics import JOINTS_MAX, NONE, Kinematics, at_zero, joint_numbers, joints_before
 from .payload import Payload
 
@@ -115,9 +116,8 @@ class Dynamics:
                 "omit the payload",
             )
         at = self.kinematics.home @ Pose(payload.centre)
-        turn, (xx, yy, zz, xy, xz, yz) = at.matrix[:3, :3], payload.inertia
-        inertia = turn @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ turn.T
-        about = (*np.diag(inertia).tolist(), float(inertia[0, 1]), float(inertia[0, 2]), float(inertia[1, 2]))
+        turn = at.matrix[:3, :3]
+        about = six_of(turn @ matrix_of(payload.inertia) @ turn.T)
         links = list(self.links)
         links[moving[-1]] = links[moving[-1]].joined(Link(payload.mass, three(at.position), about))
         return dataclasses.replace(self, links=tuple(links))
@@ -166,5 +166,4 @@ def _body(model: Any, data: Any, body: int) -> Link:
     """Returns the mass of a body at the current position of the model, in the world frame."""
     axes = data.ximat[body].reshape(3, 3)
     inertia = axes @ np.diag(model.body_inertia[body]) @ axes.T
-    xx, yy, zz, xy, xz, yz = (float(inertia[i, j]) for i, j in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)))
-    return Link(float(model.body_mass[body]), three(data.xipos[body]), (xx, yy, zz, xy, xz, yz))
+    return Link(float(model.body_mass[body]), three(data.xipos[body]), six_of(inertia))

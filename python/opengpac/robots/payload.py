@@ -13,6 +13,7 @@ from .. import library
 from ..errors import CallError, refuse
 from ..values.encoding import plain
 from ..values.numbers import number
+from .inertias import Six, matrix_of
 
 NO_INERTIA = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 """Inertia of a point mass."""
@@ -48,13 +49,13 @@ class Payload:
         object.__setattr__(self, "inertia", _inertia(self.inertia))
 
 
-def _inertia(given: Any) -> tuple[float, float, float, float, float, float]:
+def _inertia(given: Any) -> Six:
     """Returns six plain numbers; refuses those that no body can have."""
     six = plain(given, "the inertia of a payload")
     if not isinstance(six, list) or len(six) != 6 or not all(isinstance(value, int | float) and math.isfinite(value) for value in six):
         refuse(CallError, f"the inertia of a payload must be six numbers, not {given!r}", "pass xx, yy, zz, xy, xz and yz in kg m²")
     xx, yy, zz, xy, xz, yz = (float(value) for value in six)
-    moments = np.linalg.eigvalsh([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    moments = np.linalg.eigvalsh(matrix_of(six))
     tolerance = 1e-9 * max(moments[2], 1e-6)
     if moments[0] < -tolerance or moments[2] > moments[0] + moments[1] + tolerance:
         shown = ", ".join(f"{moment:.3g}" for moment in moments)

@@ -18,6 +18,7 @@ from ..errors import CallError, ValueRefused, refuse
 from ..values.quantities import Quantity, duration_ns
 from .arm import Arm
 from .dynamics import Dynamics, Link, three
+from .inertias import matrix_of, six_of
 from .kinematics import NONE
 from .payload import NO_INERTIA, Payload
 
@@ -142,23 +143,12 @@ def _result(dynamics: Dynamics, found: np.ndarray, inertia: bool, covariance: np
     errors = np.sqrt(np.diag(slope @ covariance @ slope.T))
     about = NO_INERTIA
     if inertia:
-        whole = _matrix(found[4:10]) - mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
+        whole = matrix_of(found[4:10]) - mass * (offset @ offset * np.eye(3) - np.outer(offset, offset))
         values, axes = np.linalg.eigh(turn.T @ whole @ turn)
         # The principal moments that a body can have: not negative, and none above the sum of the others.
         small, middle, large = np.maximum(values, 0.0)
-        about = _six((axes * [small, middle, min(large, small + middle)]) @ axes.T)
+        about = six_of((axes * [small, middle, min(large, small + middle)]) @ axes.T)
     return IdentifiedPayload(Payload(mass, three(turn.T @ offset), about), mass, error, three(errors), friction, residual)
-
-
-def _matrix(six: np.ndarray) -> np.ndarray:
-    xx, yy, zz, xy, xz, yz = six
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-
-
-def _six(matrix: np.ndarray) -> tuple[float, float, float, float, float, float]:
-    return (
-        float(matrix[0, 0]), float(matrix[1, 1]), float(matrix[2, 2]), float(matrix[0, 1]), float(matrix[0, 2]), float(matrix[1, 2])
-    )  # fmt: skip
 
 
 def _samples(dynamics: Dynamics, time: Any, positions: Any, efforts: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -222,10 +212,10 @@ def _columns(dynamics: Dynamics, q: Any, velocity: Any, acceleration: Any) -> np
         links[moving[-1]] = body
         return dataclasses.replace(dynamics, links=tuple(links)).effort_of_each(q, velocity, acceleration)
 
-    turning = [of(Link(0.0, three(flange), _six(np.diag(axis)))) for axis in np.eye(3)]
+    turning = [of(Link(0.0, three(flange), six_of(np.diag(axis)))) for axis in np.eye(3)]
     pairs = [(0, 1), (0, 2), (1, 2)]
     products = [np.eye(3) + np.eye(3)[[i]].T @ np.eye(3)[[j]] + np.eye(3)[[j]].T @ np.eye(3)[[i]] for i, j in pairs]
-    mixed = [of(Link(0.0, three(flange), _six(product))) - sum(turning) for product in products]
+    mixed = [of(Link(0.0, three(flange), six_of(product))) - sum(turning) for product in products]
     mass = of(Link(1.0, three(flange)))
     # A point mass 1 m from the flange also has an inertia about the other two axes.
     moments = [of(Link(1.0, three(flange + axis))) - mass - sum(turning) + turning[i] for i, axis in enumerate(np.eye(3))]
