@@ -29,12 +29,12 @@ def measure(quick: bool) -> Iterator[Line]:
     """Yields the rows; those of a package that is not installed are without a figure."""
     printed = subprocess.run([example("library", "queues"), "2" if quick else "25"], check=True, stdout=subprocess.PIPE, text=True).stdout
     programs = [json.loads(line) for line in printed.splitlines()]
-    lines, blended = [program for program in programs if program["kind"] == "line"], [p for p in programs if p["kind"] != "line"]
+    of = {kind: [program for program in programs if program["kind"] == kind] for kind in ("line", "joints", "tool")}
     yield _setpoint(programs)
-    yield _row("one move of the joints, from rest to rest", lines, _ruckig, "ruckig", 1.01)
-    for kind, what in (("joints", "five moves of the joints, blended"), ("tool", "five lines of the tool, blended")):
-        yield _row(what, [program for program in blended if program["kind"] == kind], _optimum, "TOPP3", 1.10)
-    ratios = [program["duration"] / program["stopped"] for program in blended]
+    yield _row("one move of the joints, from rest to rest", of["line"], _ruckig, "ruckig", 1.01)
+    yield _row("five moves of the joints, blended", of["joints"], _optimum, "TOPP3", 1.10)
+    yield _row("five lines of the tool, blended", of["tool"], _optimum, "TOPP3", 1.10)
+    ratios = [program["duration"] / program["stopped"] for kind in ("joints", "tool") for program in of[kind]]
     yield Line(
         "queue", "blended moves, to the same moves with stops", "", "", max(ratios), f"{max(ratios):.3f}", 1.0, "≤ 1",
         f"the worst of {len(ratios)} programs, median {median(ratios):.2f}",
@@ -87,23 +87,20 @@ def _ruckig(program: dict[str, Any]) -> float:
 
 
 def _optimum(program: dict[str, Any]) -> float | None:
-    """Returns the least duration on the path of a program, stopping where the program stops; `None` if the solver fails."""
+    """Returns the shortest duration of a program on its path, including its stops; `None` if the solver fails."""
     copp: Any = importlib.import_module("copp_py")
-
     spans: list[list[dict[str, Any]]] = [[]]
     for piece in program["pieces"]:
         spans[-1] += piece["spans"]
         if piece["stops"]:
             spans.append([])
     try:
-        return sum(_topp3(path, program) for path in spans if path)
+        return sum(_topp3(copp, path, program) for path in spans if path)
     except copp.CoppError:
         return None
 
 
-def _topp3(spans: list[dict[str, Any]], program: dict[str, Any]) -> float:
-    copp: Any = importlib.import_module("copp_py")
-
+def _topp3(copp: Any, spans: list[dict[str, Any]], program: dict[str, Any]) -> float:
     stations, derivatives = _stations(spans)
     count, n = len(stations), derivatives.shape[2]
     robot = copp.Robot(n, capacity=count)

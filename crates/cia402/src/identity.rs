@@ -76,7 +76,7 @@ pub fn check(devices: &[BusDevice]) -> Result<(), String> {
         if let Some((option, asked, is)) = device.expected.difference(found) {
             let holds = |other: &&BusDevice| other.place != device.place && device.expected.difference(&other.found).is_none();
             let elsewhere = told(devices.iter().find(holds));
-            return Err(format!("{title} is not the device that its options specify: its {option} is {is} ({is:#x}), not {asked} ({asked:#x}){elsewhere}"));
+            return Err(format!("{title} does not match its options: its {option} is {is} ({is:#x}), not {asked} ({asked:#x}){elsewhere}"));
         }
         // A serial number in the options determines the device, whatever was there before.
         let Some(before) = first.get(&device.place).filter(|before| *before != found && device.expected.serial.is_none()) else { continue };

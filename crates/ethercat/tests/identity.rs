@@ -55,7 +55,7 @@ fn a_drive_is_compared_with_each_number_of_its_options() {
         wrong[option] = 999.into();
         rig.set_axes(axes(wrong));
         let refused = rig.refusal();
-        let said = format!("axis 'x' at place 0 is not the device that its options specify: its {option} is {is} ({is:#x}), not 999");
+        let said = format!("axis 'x' at place 0 does not match its options: its {option} is {is} ({is:#x}), not 999");
         assert!(refused.contains(&said), "{refused}");
     }
     rig.set_axes(json!([{ "name": "x", "counts": COUNTS, "serial": 2 }, { "name": "y", "counts": COUNTS }]));
