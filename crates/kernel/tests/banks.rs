@@ -180,11 +180,6 @@ struct Program {
     told: Vec<String>,
 }
 
-/// Returns an activation at each interval with a budget of 0.2 s, so that a block that loops is ended after 0.2 s instead of 1 s.
-fn limited() -> Arc<Activation> {
-    Activation::with_budget(Due::Interval, None, Some(200 * MS as u64))
-}
-
 impl Program {
     fn new(made: &[ProgramBlock], kinds: Kinds) -> Program {
         let host = virtual_host(1);

@@ -10,6 +10,14 @@ fn recording(records: &Folder, left: &Folder) -> Options {
     Options { records: Some(records.0.clone()), ..options(left) }
 }
 
+/// Starts a daemon with a folder for recordings, and a session that has command.
+fn recorder() -> (Folder, Rig, String) {
+    let records = Folder::new();
+    let rig = Rig::with("virtual", |of, folder| *of = recording(&records, folder));
+    let session = rig.commander("panel");
+    (records, rig, session)
+}
+
 /// Starts a daemon on the remaining files.
 fn go_on(records: &Folder, left: Folder) -> Rig {
     let with = recording(records, &left);
@@ -26,9 +34,7 @@ fn set<const N: usize>(names: [&str; N]) -> BTreeSet<String> {
 
 #[test]
 fn a_recording_goes_on_beside_its_file_until_it_is_stopped() {
-    let records = Folder::new();
-    let rig = Rig::with("virtual", |of, folder| *of = recording(&records, folder));
-    let session = rig.commander("panel");
+    let (records, rig, session) = recorder();
     let number = rig.call(&session, "record", json!({ "path": "run.mcap" }))["recording"].clone();
     rig.call(&session, "record", json!({ "path": "other.mcap" }));
     rig.call(&session, "stop_recording", json!({ "recording": number }));
@@ -45,9 +51,7 @@ fn a_recording_goes_on_beside_its_file_until_it_is_stopped() {
 
 #[test]
 fn a_recording_keeps_as_many_files_however_often_its_daemon_dies() {
-    let records = Folder::new();
-    let rig = Rig::with("virtual", |of, folder| *of = recording(&records, folder));
-    let session = rig.commander("panel");
+    let (records, rig, session) = recorder();
     rig.call(&session, "record", json!({ "path": "run.mcap", "split_bytes": 1_000_000, "keep": 2 }));
     let mut left = killed(&rig);
     for last in 2..6 {
@@ -60,9 +64,7 @@ fn a_recording_keeps_as_many_files_however_often_its_daemon_dies() {
 
 #[test]
 fn the_log_names_who_records_and_who_stops_it() {
-    let records = Folder::new();
-    let rig = Rig::with("virtual", |of, folder| *of = recording(&records, folder));
-    let session = rig.commander("panel");
+    let (_records, rig, session) = recorder();
     let number = rig.call(&session, "record", json!({ "path": "run.mcap" }))["recording"].clone();
     rig.call(&session, "stop_recording", json!({ "recording": number }));
     let log = rig.call(&session, "log", json!({}));

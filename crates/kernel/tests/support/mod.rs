@@ -144,6 +144,11 @@ pub fn interval() -> Arc<Activation> {
     Activation::new(Due::Interval, None)
 }
 
+/// Returns an activation at each interval with a budget of 0.2 s, so that a block that loops is ended after 0.2 s instead of 1 s.
+pub fn limited() -> Arc<Activation> {
+    Activation::with_budget(Due::Interval, None, Some(200_000_000))
+}
+
 /// Returns adjacent cells of 8 bytes.
 pub fn cells(n: usize) -> Vec<Cell> {
     let extent = Extent::new(8 * n);
